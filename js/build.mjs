@@ -1,0 +1,62 @@
+// Builds what the Python package ships: vfwidget/static (the view) and vfwidget/fonts.
+import { mkdir, copyFile, readdir, rm, writeFile } from "node:fs/promises";
+import { fileURLToPath } from "node:url";
+import { join } from "node:path";
+import { build } from "esbuild";
+
+const here = fileURLToPath(new URL(".", import.meta.url));
+const target = join(here, "..", "vfwidget");
+
+// Each widget instance stores its own copy of the bundle, so it has to stay small.
+const maxBundleBytes = 60_000;
+
+// Latin with every axis; "standard" holds every axis of the fonts that have no "full".
+const fonts = {
+  "afacad-flux": "standard",
+  dynapuff: "standard",
+  recursive: "full",
+  "roboto-flex": "full",
+  "shantell-sans": "full",
+};
+
+async function bundle(entry) {
+  const { outputFiles } = await build({
+    entryPoints: [join(here, "src", entry)],
+    bundle: true,
+    format: "esm",
+    minify: true,
+    target: "es2020",
+    charset: "utf8",
+    write: false,
+    logLevel: "warning",
+  });
+  return outputFiles[0].contents;
+}
+
+async function emptyFolder(name) {
+  const folder = join(target, name);
+  await mkdir(folder, { recursive: true });
+  for (const file of await readdir(folder)) await rm(join(folder, file), { recursive: true });
+  return folder;
+}
+
+const js = await bundle("index.js");
+const css = await bundle("editor.css");
+if (js.length >= maxBundleBytes) {
+  throw new Error(`editor.js has ${js.length} bytes; it must stay under ${maxBundleBytes}`);
+}
+
+const fontFolder = await emptyFolder("fonts");
+for (const [name, set] of Object.entries(fonts)) {
+  const source = join(here, "node_modules", "@fontsource-variable", name);
+  await copyFile(
+    join(source, "files", `${name}-latin-${set}-normal.woff2`),
+    join(fontFolder, `${name}.woff2`),
+  );
+  await copyFile(join(source, "LICENSE"), join(fontFolder, `${name}-LICENSE.txt`));
+}
+
+const staticFolder = await emptyFolder("static");
+await writeFile(join(staticFolder, "editor.js"), js);
+await writeFile(join(staticFolder, "editor.css"), css);
+console.log(`editor.js ${js.length} bytes, editor.css ${css.length} bytes, 5 fonts`);

@@ -1,0 +1,159 @@
+/** The panel under the word: a row for each axis, the letters, and what acts on all of them. */
+import { html, svg } from "./dom.js";
+
+/**
+ * @typedef {import("./word.js").Axis} Axis
+ * @typedef {object} Actions
+ * @property {(changes: Record<string, number>) => void} set
+ * @property {() => void} resetAll
+ * @property {() => void} unpinAll
+ * @property {(shared: boolean) => void} share
+ * @property {(letter: number) => void} select
+ */
+
+/** A round number near a hundredth of the axis: what an arrow key moves. @param {Axis} axis */
+function keyStep({ minimum, maximum }) {
+  const rough = (maximum - minimum) / 100 || 1, power = 10 ** Math.floor(Math.log10(rough));
+  return [1, 2, 5, 10].map((m) => m * power).reduce((a, b) => (Math.abs(b - rough) < Math.abs(a - rough) ? b : a));
+}
+
+/** A user value in as many digits as a thousandth of the axis needs. @param {Axis} axis @param {number} value */
+export function format({ minimum, maximum }, value) {
+  const digits = 3 - Math.floor(Math.log10(maximum - minimum || 1));
+  return String(Number(value.toFixed(Math.min(6, Math.max(0, digits)))));
+}
+
+/** One axis: name, slider, number, reset. */
+class Row {
+  /** @param {Axis} axis @param {Actions} actions @param {string} id */
+  constructor(axis, actions, id) {
+    const { tag, name, minimum, maximum } = axis;
+    this.axis = axis;
+    this.value = axis.default;
+    this.typing = false;
+    const limits = { min: minimum, max: maximum, step: "any", "data-tag": tag, "data-lm-suppress-shortcuts": "true" };
+    const set = (/** @type {number} */ value) => {
+      if (Number.isFinite(value)) actions.set({ [tag]: Math.min(maximum, Math.max(minimum, value)) });
+    };
+    // Browsers disagree on what an arrow key does to a slider without steps.
+    const onkeydown = (/** @type {KeyboardEvent} */ event) => {
+      const amount = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 10, PageDown: -10 }[event.key];
+      const sideways = event.key === "ArrowLeft" || event.key === "ArrowRight";
+      if (!amount || (event.target === this.number && sideways)) return;
+      event.preventDefault();
+      this.typing = false;
+      set(Number((this.value + amount * (event.shiftKey ? 10 : 1) * keyStep(axis)).toPrecision(12)));
+    };
+    this.range = html("input", {
+      ...limits, type: "range", id, onkeydown,
+      oninput: () => set(this.range.valueAsNumber),
+      onpointerdown: () => (this.pressed = true),
+      onpointerup: () => (this.pressed = false),
+      onpointercancel: () => (this.pressed = false),
+      onchange: () => (this.pressed = false),
+    });
+    this.pressed = false;
+    this.number = html("input", {
+      ...limits, type: "number", "aria-label": `${name}, value`, inputmode: "decimal", onkeydown,
+      oninput: () => {
+        this.typing = true;
+        const value = this.number.valueAsNumber;
+        if (value >= minimum && value <= maximum) set(value);
+      },
+      onchange: () => {
+        this.typing = false;
+        set(this.number.valueAsNumber);
+        this.show(this.value);
+      },
+      onblur: () => {
+        this.typing = false;
+        this.show(this.value);
+      },
+    });
+    this.reset = html("button", {
+      type: "button", class: "vfw-reset", "data-reset": tag, onclick: () => set(axis.default),
+      "aria-label": `Reset ${name} to ${format(axis, axis.default)}`, title: `Reset to ${format(axis, axis.default)}`,
+    }, svg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" },
+      svg("path", { d: "M3.2 6.2A5.2 5.2 0 1 1 2.9 9.6M3 2.6v3.8h3.8" })));
+    this.element = html("div", { class: "vfw-axis" },
+      html("label", { for: id, title: `${format(axis, minimum)} – ${format(axis, maximum)}` },
+        html("span", { class: "vfw-name" }, name), html("code", {}, tag)),
+      this.range, this.number, this.reset);
+    this.range.style.setProperty("--vfw-default", String(this.part(axis.default)));
+    this.show(axis.default);
+  }
+
+  /** How far along the slider a value is. @param {number} value */
+  part(value) {
+    const { minimum, maximum } = this.axis;
+    return maximum > minimum ? Math.min(1, Math.max(0, (value - minimum) / (maximum - minimum))) : 0;
+  }
+
+  /** @param {number} value */
+  show(value) {
+    this.value = value;
+    const here = this.part(value), home = this.part(this.axis.default);
+    if (this.range.valueAsNumber !== value) this.range.value = String(value);
+    this.range.style.setProperty("--vfw-low", String(Math.min(here, home)));
+    this.range.style.setProperty("--vfw-high", String(Math.max(here, home)));
+    this.range.setAttribute("aria-valuetext", format(this.axis, value));
+    if (!this.typing) this.number.value = format(this.axis, value);
+    this.reset.disabled = value === this.axis.default;
+  }
+}
+
+export class Controls {
+  /** @param {Actions} actions @param {string} id distinct among the views of a page */
+  constructor(actions, id) {
+    this.actions = actions;
+    this.id = id;
+    /** @type {Row[]} */
+    this.rows = [];
+    this.axes = html("div", { class: "vfw-axes" });
+    this.letters = html("div", { class: "vfw-letters-bar", role: "group", "aria-label": "Letter that the sliders act on" });
+    this.perLetter = html("input", {
+      type: "checkbox", class: "vfw-per-letter", onchange: () => actions.share(!this.perLetter.checked),
+    });
+    const button = (/** @type {string} */ name, /** @type {string} */ text, /** @type {() => void} */ onclick) =>
+      html("button", { type: "button", class: `vfw-button ${name}`, onclick }, text);
+    this.unpin = button("vfw-unpin-all", "Unpin all", actions.unpinAll);
+    this.reset = button("vfw-reset-all", "Reset all", actions.resetAll);
+    this.bar = html("div", { class: "vfw-actions" },
+      html("label", { class: "vfw-switch" }, this.perLetter, html("span", {}, "Each letter by itself")),
+      this.unpin, this.reset);
+    this.element = html("div", { class: "vfw-controls" }, this.letters, this.axes);
+  }
+
+  /** @param {import("./word.js").Word} word */
+  setWord(word) {
+    this.rows = word.axes.map((axis, i) => new Row(axis, this.actions, `${this.id}-${i}`));
+    const [hidden, open] = [true, false].map((h) => this.rows.filter((r) => r.axis.hidden === h).map((r) => r.element));
+    this.axes.replaceChildren(html("div", { class: "vfw-rows" }, ...open));
+    if (hidden.length > 0) {
+      this.axes.append(html("details", { class: "vfw-hidden" },
+        html("summary", {}, `Hidden axes (${hidden.length})`), html("div", { class: "vfw-rows" }, ...hidden)));
+    }
+    const characters = [...word.string];
+    const names = word.order.map((g, i) => (characters.length === word.order.length ? characters[i] : word.glyphs[g].name));
+    this.letters.replaceChildren(...names.map((name, i) => html("button", {
+      type: "button", class: "vfw-chip", title: word.glyphs[word.order[i]].name,
+      "aria-label": `Letter ${i + 1}, ${name}`, onclick: () => this.actions.select(i),
+    }, name)));
+  }
+
+  /** Is a slider held down? */
+  get pressed() {
+    return this.rows.some((row) => row.pressed);
+  }
+
+  /** @param {{values: Record<string, number>, shared: boolean, selected: number, pins: number, moved: boolean}} state */
+  show({ values, shared, selected, pins, moved }) {
+    for (const row of this.rows) row.show(values[row.axis.tag] ?? row.axis.default);
+    this.perLetter.checked = !shared;
+    this.letters.hidden = shared;
+    [...this.letters.children].forEach((chip, i) => chip.setAttribute("aria-pressed", String(i === selected)));
+    this.unpin.disabled = pins === 0;
+    this.unpin.textContent = pins > 0 ? `Unpin all (${pins})` : "Unpin all";
+    this.reset.disabled = !moved;
+  }
+}

@@ -1,0 +1,33 @@
+/** Elements without markup: text that comes from a font only ever becomes text nodes. */
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/**
+ * @template {Element} E
+ * @param {E} element @param {Record<string, any>} attributes @param {(Node | string)[]} children
+ * @returns {E}
+ */
+function fill(element, attributes, children) {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value !== undefined && value !== false) element.setAttribute(name, value === true ? "" : String(value));
+  }
+  element.append(...children);
+  return element;
+}
+
+/**
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag @param {Record<string, any>} [attributes] @param {(Node | string)[]} children
+ */
+export function html(tag, attributes = {}, ...children) {
+  return fill(document.createElement(tag), attributes, children);
+}
+
+/**
+ * @template {keyof SVGElementTagNameMap} T
+ * @param {T} tag @param {Record<string, any>} [attributes] @param {(Node | string)[]} children
+ */
+export function svg(tag, attributes = {}, ...children) {
+  return fill(/** @type {SVGElementTagNameMap[T]} */ (document.createElementNS(SVG, tag)), attributes, children);
+}

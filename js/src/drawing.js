@@ -1,0 +1,144 @@
+/**
+ * A word as SVG: its letters, its baseline and the window onto them. Knows nothing of editing, so
+ * whatever has a word and axis values can show it.
+ */
+import { svg } from "./dom.js";
+import { Layout } from "./forward.js";
+
+/** @typedef {{x: number, y: number, width: number, height: number}} Box  font units, y down as SVG has it */
+
+const round = (/** @type {number} */ v) => Math.round(v * 10) / 10;
+
+/** Path data of a laid-out letter relative to its origin, y down. @param {Layout} layout @param {number} letter */
+export function pathData(layout, letter) {
+  const p = layout.points[letter], { contours, starts } = layout.word.glyphs[layout.word.order[letter]];
+  let d = "";
+  for (let c = 0; c < contours.length; c++) {
+    if (contours[c] === 0) continue;
+    const size = 3 * contours[c];
+    const at = 2 * starts[c];
+    d += `M${round(p[at])} ${round(-p[at + 1])}`;
+    for (let i = 1; i <= size; i++) {
+      const o = at + 2 * (i % size);
+      d += `${i % 3 === 1 ? "C" : " "}${round(p[o])} ${round(-p[o + 1])}`;
+    }
+    d += "Z";
+  }
+  return d;
+}
+
+/** The window that shows a laid-out word with room around it. @param {Layout} layout @returns {Box} */
+export function windowFor(layout) {
+  const [left, bottom, right, top] = layout.box(), { ascender, descender, unitsPerEm } = layout.word;
+  const low = Math.min(bottom, descender), high = Math.max(top, ascender);
+  const padX = 0.06 * (right - left) + 0.12 * unitsPerEm, padY = 0.07 * (high - low);
+  return { x: left - padX, y: -high - padY, width: right - left + 2 * padX, height: high - low + 2 * padY };
+}
+
+export class Drawing {
+  constructor() {
+    this.baseline = svg("line", { class: "vfw-baseline", x1: -1e5, x2: 1e5, y1: 0, y2: 0 });
+    this.letters = svg("g", { class: "vfw-letters" });
+    /** For whoever draws on top of the word. */
+    this.overlay = svg("g", { class: "vfw-overlay" });
+    this.svg = svg("svg", { class: "vfw-svg", preserveAspectRatio: "xMidYMid meet" },
+      this.baseline, this.letters, this.overlay);
+    /** @type {Layout | null} */
+    this.layout = null;
+    /** @type {Box} */
+    this.window = { x: 0, y: -1000, width: 1000, height: 1000 };
+    this.animation = 0;
+  }
+
+  /** @param {import("./word.js").Word} word @param {any} axes user values, as Layout.evaluate takes them */
+  setWord(word, axes) {
+    this.layout = new Layout(word).evaluate(axes);
+    this.letters.replaceChildren(...word.order.map((_, i) =>
+      svg("path", { class: "vfw-letter", "data-letter": i, "fill-rule": "nonzero" })));
+    this.show(windowFor(this.layout));
+  }
+
+  /** @param {any} axes */
+  draw(axes) {
+    if (this.layout === null) return;
+    this.layout.evaluate(axes);
+    const paths = this.letters.children;
+    for (let i = 0; i < paths.length; i++) {
+      paths[i].setAttribute("d", pathData(this.layout, i));
+      paths[i].setAttribute("transform", `translate(${round(this.layout.x[i])} ${round(-this.layout.y[i])})`);
+    }
+  }
+
+  /** @param {Box} box */
+  show(box) {
+    this.window = box;
+    this.svg.setAttribute("viewBox", `${box.x} ${box.y} ${box.width} ${box.height}`);
+  }
+
+  /** Pixels a font unit would take in a window. @private @param {Box} box */
+  zoom(box) {
+    const { width, height } = this.svg.getBoundingClientRect();
+    return Math.min(width / box.width, height / box.height);
+  }
+
+  /** Does the word leave the picture, sit far from its middle, or look lost in it? */
+  get fits() {
+    if (this.layout === null) return true;
+    const now = this.zoom(this.window);
+    if (!(now > 0)) return true; // not on the page
+    const { width, height } = this.svg.getBoundingClientRect(), shown = this.window;
+    const [left, bottom, right, top] = this.layout.box(), wanted = windowFor(this.layout);
+    const middle = shown.x + shown.width / 2, level = shown.y + shown.height / 2;
+    const inside = left >= middle - width / now / 2 && right <= middle + width / now / 2 &&
+      -top >= level - height / now / 2 && -bottom <= level + height / now / 2;
+    const shift = Math.abs(wanted.x + wanted.width / 2 - middle) * now;
+    return inside && shift < 0.15 * width && this.zoom(wanted) < 1.35 * now;
+  }
+
+  /** Moves the window to where the word is now, gently unless less motion is asked for. */
+  fit() {
+    if (this.layout === null) return;
+    const from = this.window, to = windowFor(this.layout), began = performance.now();
+    const still = globalThis.matchMedia?.("(prefers-reduced-motion: reduce)").matches;
+    this.hold();
+    if (still) return this.show(to);
+    const step = (/** @type {number} */ now) => {
+      const part = Math.min(1, Math.max(0, (now - began) / 240)), ease = 1 - (1 - part) ** 3;
+      const mix = (/** @type {keyof Box} */ key) => from[key] + ease * (to[key] - from[key]);
+      this.show({ x: mix("x"), y: mix("y"), width: mix("width"), height: mix("height") });
+      this.animation = part < 1 ? requestAnimationFrame(step) : 0;
+      this.onmove?.();
+    };
+    this.animation = requestAnimationFrame(step);
+  }
+
+  /** Stops a window in motion: nothing may slide away under a pressed pointer. */
+  hold() {
+    cancelAnimationFrame(this.animation);
+    this.animation = 0;
+  }
+
+  /** Called while the window moves. @type {(() => void) | undefined} */
+  onmove;
+
+  /** Word coordinates of a place on the page. @param {number} x @param {number} y @returns {[number, number]} */
+  toFont(x, y) {
+    const matrix = this.svg.getScreenCTM();
+    if (!matrix?.a) return [NaN, NaN];
+    const point = new DOMPoint(x, y).matrixTransform(matrix.inverse());
+    return [point.x, -point.y];
+  }
+
+  /** The place on the page of word coordinates. @param {number} x @param {number} y @returns {[number, number]} */
+  toClient(x, y) {
+    const matrix = this.svg.getScreenCTM();
+    if (!matrix?.a) return [NaN, NaN];
+    const point = new DOMPoint(x, -y).matrixTransform(matrix);
+    return [point.x, point.y];
+  }
+
+  /** Font units a pixel takes. */
+  get pixel() {
+    return 1 / (this.svg.getScreenCTM()?.a || 1);
+  }
+}

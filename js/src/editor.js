@@ -1,0 +1,248 @@
+/** One view of a model: the word, what edits it, the panel, and what is said about it all. */
+import { Controls } from "./controls.js";
+import { html } from "./dom.js";
+import { Drawing } from "./drawing.js";
+import { Gestures } from "./gestures.js";
+import { Latest } from "./latest.js";
+import { Marks } from "./marks.js";
+import { Session, TRAITS } from "./session.js";
+
+const HINT = "Drag the outline to change the font. Click it to pin a point.";
+const SILENT = "The kernel is not answering.";
+/** What an answer means when it brings no words of its own. @type {Record<string, string>} */
+const MEANING = { converged: "Reached.", unreachable: "The font cannot reach that point.", running: "Solving …" };
+
+/** Milliseconds: stillness before the window moves, and time for traits to catch up with a last answer. */
+const CALM = 500, CATCH_UP = 300;
+
+export class Editor {
+  /** @param {any} model anywidget's */
+  constructor(model) {
+    this.model = model;
+    const view = Math.random().toString(36).slice(2, 12);
+    this.ending = new AbortController();
+    this.frame = this.calm = this.catchUp = 0;
+    this.drawn = -1;
+    this.status = { kind: "idle", text: "" };
+
+    const changed = () => this.request();
+    this.session = new Session(model, changed);
+    this.drawing = new Drawing();
+    this.drawing.onmove = changed;
+    this.channel = new Latest({
+      view,
+      send: (message) => model.send(message),
+      onAnswer: (answer, sent) => this.answered(answer, sent),
+      onSilence: (sent, error) => this.silence(error),
+      onIdle: () => this.idle(),
+    });
+    this.marks = new Marks(this.drawing.overlay);
+    this.gestures = new Gestures({
+      drawing: this.drawing, session: this.session, channel: this.channel, changed,
+      guard: (handler) => this.guard(handler), signal: this.ending.signal,
+    });
+    const act = (/** @type {(...values: any[]) => void} */ action) => this.guard((...values) => {
+      this.say("idle", "");
+      action(...values);
+    });
+    this.controls = new Controls({
+      set: act((changes) => this.session.setValues(changes)),
+      resetAll: act(() => this.session.resetAll()),
+      unpinAll: act(() => this.session.write({ _pins: [] })),
+      share: act((shared) => this.session.setShared(shared)),
+      select: act((letter) => this.session.select(letter)),
+    }, `vfw-${view}`);
+    this.family = html("div", { class: "vfw-family" });
+    this.line = html("div", { class: "vfw-status", role: "status", "aria-live": "polite" });
+    this.root = html("div", { class: "vfwidget-editor" },
+      html("div", { class: "vfw-stage" }, this.family, this.drawing.svg),
+      html("div", { class: "vfw-bar" }, this.line, this.controls.bar), this.controls.element);
+    for (const [name, value] of Object.entries({ tabindex: 0, role: "application", "data-lm-suppress-shortcuts": "true" })) {
+      this.drawing.svg.setAttribute(name, String(value));
+    }
+
+    /** @type {[string, (...values: any[]) => void][]} */
+    this.listeners = [
+      ...TRAITS.map((trait) => /** @type {[string, () => void]} */ ([`change:${trait}`, () => this.session.expire(trait)])),
+      ["msg:custom", this.guard((message) => this.receive(message))],
+    ];
+    for (const [name, listener] of this.listeners) model.on(name, listener);
+    this.resizes = new ResizeObserver(() => {
+      this.wait();
+      changed();
+    });
+    this.resizes.observe(this.drawing.svg);
+
+    /** What tests reach for. */
+    Object.assign(this.root, {
+      __vfw: {
+        toFont: (/** @type {number} */ x, /** @type {number} */ y) => this.drawing.toFont(x, y),
+        toClient: (/** @type {number} */ x, /** @type {number} */ y) => this.drawing.toClient(x, y),
+        stats: this.channel.stats,
+      },
+    });
+    this.render();
+  }
+
+  /** Work that happens at most once a frame. */
+  request() {
+    this.frame ||= requestAnimationFrame(() => {
+      this.frame = 0;
+      this.render();
+    });
+  }
+
+  /** A handler that reports what goes wrong and leaves the picture as it is. @param {(...values: any[]) => void} handler */
+  guard(handler) {
+    return (/** @type {any[]} */ ...values) => {
+      try {
+        handler.call(this, ...values);
+      } catch (error) {
+        console.error("vfwidget:", error);
+        this.say("error", `Something went wrong in the view: ${/** @type {Error} */ (error)?.message ?? error}`);
+      }
+    };
+  }
+
+  get dragging() {
+    return this.gestures.grab !== null || this.channel.busy;
+  }
+
+  /** @private */
+  render() {
+    this.guard(this.update)();
+    this.guard(this.tell)();
+  }
+
+  /** @private */
+  update() {
+    const { session, drawing, gestures, controls } = this;
+    if (session.pull(this.dragging)) {
+      gestures.forget();
+      drawing.setWord(session.word, session.axes);
+      controls.setWord(session.word);
+      this.family.textContent = session.word.family;
+      drawing.svg.setAttribute("aria-label", `${session.word.string} in ${session.word.family}. ${HINT} ` +
+        "Page Down chooses a point, arrow keys move it, Enter pins it.");
+    }
+    const { word } = session;
+    if (word === null) return;
+    if (this.drawn !== session.version) {
+      this.drawn = session.version;
+      drawing.draw(session.axes);
+      const sets = Array.isArray(session.axes) ? session.axes : [session.axes];
+      controls.show({
+        values: session.values, shared: session.shared, selected: session.selected, pins: session.pins.length,
+        moved: sets.some((values) => word.axes.some((axis) => values[axis.tag] !== axis.default)),
+      });
+      this.wait();
+    }
+    gestures.refresh();
+    this.mark();
+    if (!this.channel.busy) session.flush();
+  }
+
+  /** @private */
+  mark() {
+    const { session, drawing, gestures } = this, { layout } = drawing;
+    const { handle, mode } = gestures.shown, grab = gestures.grab;
+    const pins = session.pins.flatMap((pin, index) => (layout.has(pin)
+      ? [{ at: layout.position(pin), index, hot: gestures.hover?.pin === index }] : []));
+    if (pins.length < session.pins.length) session.problems.set("_pins", "A pin is not on this word.");
+    const i = session.selected;
+    this.marks.show({
+      pixel: drawing.pixel,
+      handle: handle && layout.has(handle) ? layout.position(handle) : null,
+      mode,
+      tether: grab?.stuck ? grab.target : null,
+      pins,
+      underline: session.shared || !(i in layout.x) ? null
+        : [layout.x[i], layout.x[i] + layout.advance[i], layout.bottom(i) - 0.07 * layout.word.unitsPerEm],
+    });
+    drawing.svg.setAttribute("data-over", grab ? "drag" : gestures.hover ? (gestures.hover.pin >= 0 ? "pin" : "outline") : "");
+  }
+
+  /** Puts the most pressing of what there is to say on the status line. @private */
+  tell() {
+    const { error, problems } = this.session;
+    const { kind, text } = error ? { kind: "error", text: error }
+      : problems.size > 0 ? { kind: "error", text: [...problems.values()].join("\n") }
+        : this.status;
+    this.line.setAttribute("data-status", kind);
+    const words = text || HINT;
+    if (this.line.textContent !== words) this.line.textContent = words;
+  }
+
+  /** @param {string} kind @param {string} text */
+  say(kind, text) {
+    if (this.status.kind === kind && this.status.text === text) return;
+    this.status = { kind, text };
+    this.request();
+  }
+
+  /** @private @param {any} message */
+  receive(message) {
+    // An answer that comes too late still shows that somebody is there.
+    if (this.channel.receive(message) === "stale" && this.status.kind === "silent") this.say("idle", "");
+  }
+
+  /** @private @param {any} answer @param {import("./latest.js").Message} sent */
+  answered(answer, sent) {
+    if (!answer.ok) {
+      this.session.expire("axes");
+      return this.say("error", String(answer.error || "The kernel could not follow."));
+    }
+    try {
+      this.session.take(answer.axes);
+    } catch (error) {
+      this.session.expire("axes");
+      return this.say("error", `The kernel's answer is malformed: ${/** @type {Error} */ (error).message}`);
+    }
+    this.drawing.layout?.evaluate(this.session.axes);
+    this.gestures.judge(sent);
+    this.request();
+    const kind = String(answer.status || "converged");
+    this.say(kind, String(answer.message || MEANING[kind] || kind));
+  }
+
+  /** @private @param {unknown} error */
+  silence(error) {
+    if (!this.gestures.grab) this.session.expire("axes");
+    this.gestures.judge(null);
+    this.say("silent", error ? `${SILENT} ${/** @type {Error} */ (error).message ?? error}` : SILENT);
+  }
+
+  /** Nothing is asked any more: what waited is written, and the traits have the last word. @private */
+  idle() {
+    clearTimeout(this.catchUp);
+    this.catchUp = setTimeout(() => this.session.expire("axes"), CATCH_UP);
+    this.request();
+  }
+
+  /** Fits the window once nothing has moved for a while. @private */
+  wait() {
+    clearTimeout(this.calm);
+    this.calm = setTimeout(() => {
+      if (this.dragging || this.controls.pressed) this.wait();
+      else if (!this.drawing.fits) this.drawing.fit();
+    }, CALM);
+  }
+
+  destroy() {
+    this.guard(() => {
+      this.gestures.finishKeys();
+      this.gestures.lose({ pointerId: this.gestures.grab?.id });
+      this.channel.close();
+      this.session.flush();
+    })();
+    for (const [name, listener] of this.listeners) this.model.off(name, listener);
+    this.ending.abort();
+    this.resizes.disconnect();
+    this.drawing.hold();
+    cancelAnimationFrame(this.frame);
+    clearTimeout(this.calm);
+    clearTimeout(this.catchUp);
+    this.frame = 0;
+    this.root.remove();
+  }
+}

@@ -1,0 +1,202 @@
+/**
+ * The forward model: axis values in, outlines of a word out (Eq. 1–3). No DOM; after construction
+ * it allocates nothing, so it runs at slider rate.
+ */
+import { cubic } from "./bezier.js";
+
+/**
+ * @typedef {{count: number, first: Int32Array, axis: Int32Array, start: Float64Array,
+ *   peak: Float64Array, end: Float64Array}} Regions  the supports, only the axes that matter:
+ *   region j owns entries first[j] … first[j + 1] − 1
+ * @typedef {import("./word.js").Axis} Axis
+ * @typedef {import("./word.js").Glyph} Glyph
+ * @typedef {import("./word.js").Word} Word
+ * @typedef {[glyph: number, contour: number, segment: number, t: number]} Handle
+ */
+
+/**
+ * A user value to a normalized coordinate: the default-relative scale, then the segment map.
+ * @param {Pick<Axis, "minimum" | "default" | "maximum" | "map">} axis @param {number} user
+ */
+export function normalize(axis, user) {
+  const { minimum, default: normal, maximum, map } = axis;
+  const v = Math.min(Math.max(user, minimum), maximum);
+  // A side of length zero is never divided by: no clamped value lies on it.
+  const w = v < normal ? (v - normal) / (normal - minimum) : v > normal ? (v - normal) / (maximum - normal) : 0;
+  const last = map.length - 1;
+  if (last < 0) return w;
+  if (w <= map[0][0]) return w - map[0][0] + map[0][1];
+  for (let i = 1; i <= last; i++) {
+    const [from, to] = map[i];
+    if (w === from) return to;
+    if (w < from) {
+      const [from0, to0] = map[i - 1];
+      return to0 + ((w - from0) / (from - from0)) * (to - to0);
+    }
+  }
+  return w - map[last][0] + map[last][1];
+}
+
+/**
+ * Keeps of each support what can differ from 1: OpenType makes an axis neutral where its peak is 0,
+ * where start, peak, end are out of order, and where they straddle 0.
+ * @param {ArrayLike<number>} data regions × axes × (start, peak, end)
+ * @param {number} count @param {number} n number of axes
+ * @returns {Regions}
+ */
+export function compile(data, count, n) {
+  const first = new Int32Array(count + 1);
+  const axis = [], start = [], peak = [], end = [];
+  for (let j = 0; j < count; j++) {
+    for (let i = 0; i < n; i++) {
+      const o = 3 * (j * n + i);
+      const s = data[o], p = data[o + 1], e = data[o + 2];
+      if (p === 0 || s > p || p > e || (s < 0 && e > 0)) continue;
+      axis.push(i);
+      start.push(s);
+      peak.push(p);
+      end.push(e);
+    }
+    first[j + 1] = axis.length;
+  }
+  return {
+    count, first, axis: Int32Array.from(axis),
+    start: Float64Array.from(start), peak: Float64Array.from(peak), end: Float64Array.from(end),
+  };
+}
+
+/** Within this of its peak a scalar is 1, even where the peak is also the start or the end. */
+const ON_PEAK = 1e-9;
+
+/**
+ * γ(w), Eq. 2: how much of each delta set applies.
+ * @param {Regions} regions @param {ArrayLike<number>} w normalized @param {Float64Array} out count
+ */
+export function scalars(regions, w, out) {
+  const { count, first, axis, start, peak, end } = regions;
+  for (let j = 0; j < count; j++) {
+    let product = 1;
+    for (let i = first[j]; i < first[j + 1] && product !== 0; i++) {
+      const v = w[axis[i]], s = start[i], p = peak[i], e = end[i];
+      if (Math.abs(v - p) <= ON_PEAK) continue;
+      if (v <= s || v >= e) product = 0;
+      else product *= v < p ? (v - s) / (p - s) : (e - v) / (e - p);
+    }
+    out[j] = product;
+  }
+  return out;
+}
+
+/** A word's normalized coordinates. @param {Word} word @param {Record<string, number>} axes user values @param {Float64Array} w */
+function coordinates(word, axes, w) {
+  for (let i = 0; i < w.length; i++) w[i] = normalize(word.axes[i], axes[word.axes[i].tag] ?? word.axes[i].default);
+  return w;
+}
+
+/**
+ * p(w), Eq. 1.
+ * @param {Glyph} glyph @param {Float64Array} gamma @param {Float64Array} out 2k numbers
+ */
+export function interpolate(glyph, gamma, out) {
+  const { points, regions } = glyph;
+  const size = 2 * glyph.k;
+  for (let i = 0; i < size; i++) out[i] = points[i];
+  for (let j = 0; j < regions.length; j++) {
+    const g = gamma[regions[j]];
+    if (g === 0) continue;
+    const o = size * (1 + j);
+    for (let i = 0; i < size; i++) out[i] += g * points[o + i];
+  }
+  return out;
+}
+
+/** An advance is never negative, as in HarfBuzz. @param {Glyph} glyph @param {Float64Array} gamma */
+function advanceOf({ advance }, gamma) {
+  let width = advance.default;
+  for (let j = 0; j < advance.regions.length; j++) width += gamma[advance.regions[j]] * advance.deltas[j];
+  return Math.max(0, width);
+}
+
+/** A word laid out at some axis values (Eq. 3); made once per word, moved as often as wanted. */
+export class Layout {
+  /** @param {Word} word */
+  constructor(word) {
+    this.word = word;
+    /** Control points of each letter, relative to its origin. @type {Float64Array[]} */
+    this.points = word.order.map((g) => new Float64Array(2 * word.glyphs[g].k));
+    this.x = new Float64Array(word.order.length);
+    this.y = new Float64Array(word.order.length);
+    this.advance = new Float64Array(word.order.length);
+    this.w = new Float64Array(word.axes.length);
+    this.gamma = new Float64Array(word.regions.count);
+    /** Where a glyph was last interpolated: letters that share it and its axes are copies. */
+    this.seen = new Int32Array(word.glyphs.length);
+  }
+
+  /** @param {Record<string, number> | Record<string, number>[]} axes user values, shared or per letter */
+  evaluate(axes) {
+    const { word, gamma } = this;
+    const shared = !Array.isArray(axes);
+    if (shared) scalars(word.regions, coordinates(word, axes, this.w), gamma);
+    this.seen.fill(-1);
+    let pen = 0;
+    for (let i = 0; i < word.order.length; i++) {
+      const index = word.order[i], glyph = word.glyphs[index], twin = this.seen[index];
+      if (!shared) scalars(word.regions, coordinates(word, axes[i] ?? {}, this.w), gamma);
+      if (shared && twin >= 0) {
+        this.points[i].set(this.points[twin]);
+        this.advance[i] = this.advance[twin];
+      } else {
+        interpolate(glyph, gamma, this.points[i]);
+        this.advance[i] = advanceOf(glyph, gamma);
+        this.seen[index] = i;
+      }
+      this.x[i] = pen + word.offsets[i][0];
+      this.y[i] = word.offsets[i][1];
+      pen += this.advance[i];
+    }
+    return this;
+  }
+
+  /** Is there such a point? @param {any} handle */
+  has(handle) {
+    if (!Array.isArray(handle) || handle.length < 4) return false;
+    const [glyph, contour, segment, t] = handle;
+    const segments = this.word.glyphs[this.word.order[glyph]]?.contours[contour];
+    return Number.isInteger(segment) && segment >= 0 && segment < segments && t >= 0 && t <= 1;
+  }
+
+  /** Where a handle is, in word coordinates. @param {Handle} handle @returns {[number, number]} */
+  position([glyph, contour, segment, t]) {
+    const { contours, starts } = this.word.glyphs[this.word.order[glyph]];
+    const p = this.points[glyph], start = starts[contour], size = 3 * contours[contour];
+    const at = (/** @type {number} */ i) => 2 * (start + ((3 * segment + i) % size));
+    const a = at(0), b = at(1), c = at(2), d = at(3);
+    const x = this.x[glyph] + cubic(p[a], p[b], p[c], p[d], t);
+    const y = this.y[glyph] + cubic(p[a + 1], p[b + 1], p[c + 1], p[d + 1], t);
+    return [x, y];
+  }
+
+  /** Where a letter ends below: at the baseline or under it. @param {number} letter */
+  bottom(letter) {
+    let low = 0;
+    for (let i = 1, p = this.points[letter]; i < p.length; i += 2) low = Math.min(low, p[i]);
+    return this.y[letter] + low;
+  }
+
+  /** What the control points cover: [left, bottom, right, top], advances included. */
+  box() {
+    let left = 0, bottom = 0, right = 0, top = 0;
+    for (let i = 0; i < this.points.length; i++) {
+      const p = this.points[i], x = this.x[i], y = this.y[i];
+      bottom = Math.min(bottom, this.bottom(i));
+      right = Math.max(right, x + this.advance[i]);
+      for (let j = 0; j < p.length; j += 2) {
+        left = Math.min(left, x + p[j]);
+        right = Math.max(right, x + p[j]);
+        top = Math.max(top, y + p[j + 1]);
+      }
+    }
+    return [left, bottom, right, top];
+  }
+}

@@ -1,0 +1,251 @@
+/** Pointer and keyboard on the outline: hover, drag, click to pin, arrow keys. Speaks only to the channel. */
+import { nearest } from "./bezier.js";
+
+/**
+ * @typedef {import("./forward.js").Handle} Handle
+ * @typedef {{handle: Handle, by: "pointer" | "keys", id: number, start: [number, number],
+ *   offset: [number, number], origin: [number, number], target: [number, number], before: any,
+ *   open: boolean, stuck: boolean}} Grab  `open`: past the click threshold, so the kernel knows of it
+ */
+
+/** Pixels: how far the outline attracts, how far a pin does, and how far a click may wander. */
+const REACH = 24, TOUCH = 36, PIN_REACH = 10, CLICK = 3;
+
+/** @type {Record<string, [number, number]>} */
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+const same = (/** @type {Handle} */ a, /** @type {Handle} */ b) => a.every((v, i) => Math.abs(v - b[i]) < 1e-9);
+
+export class Gestures {
+  /**
+   * @param {object} parts
+   * @param {import("./drawing.js").Drawing} parts.drawing
+   * @param {import("./session.js").Session} parts.session
+   * @param {import("./latest.js").Latest} parts.channel
+   * @param {() => void} parts.changed asks for a frame
+   * @param {(handler: (event: any) => void) => (event: any) => void} parts.guard
+   * @param {AbortSignal} parts.signal removes the listeners
+   */
+  constructor({ drawing, session, channel, changed, guard, signal }) {
+    this.drawing = drawing;
+    this.session = session;
+    this.channel = channel;
+    this.changed = changed;
+    /** @type {{handle: Handle, pin: number} | null} */
+    this.hover = null;
+    /** @type {Grab | null} */
+    this.grab = null;
+    /** What the keys move. @type {Handle | null} */
+    this.last = null;
+    /** Where the pointer rests on the picture. @type {[number, number] | null} */
+    this.pointer = null;
+    const on = (/** @type {string} */ type, /** @type {(e: any) => void} */ handler) =>
+      drawing.svg.addEventListener(type, guard((event) => {
+        handler.call(this, event);
+        changed();
+      }), { signal });
+    on("pointerdown", this.press);
+    on("pointermove", this.move);
+    on("pointerup", this.release);
+    on("pointercancel", this.lose);
+    on("lostpointercapture", this.lose);
+    on("pointerleave", () => (this.pointer = null));
+    on("keydown", this.key);
+    on("keyup", (event) => event.key in ARROWS && this.finishKeys());
+    on("blur", this.finishKeys);
+    on("focus", () => {}); // the keys' handle appears
+  }
+
+  /** The outline point or pin at a place on the page. @param {number} x @param {number} y @param {number} reach */
+  pick(x, y, reach = REACH) {
+    const { layout, pixel } = this.drawing;
+    const [fx, fy] = this.drawing.toFont(x, y);
+    if (layout === null || !Number.isFinite(fx)) return null;
+    let pin = -1, distance = PIN_REACH * pixel;
+    this.session.pins.forEach((handle, i) => {
+      if (!layout.has(handle)) return;
+      const [px, py] = layout.position(handle), d = Math.hypot(px - fx, py - fy);
+      if (d < distance) [pin, distance] = [i, d];
+    });
+    if (pin >= 0) return { handle: this.session.pins[pin], pin };
+    const near = nearest(layout, fx, fy, reach * pixel);
+    if (near === null) return null;
+    return { handle: /** @type {Handle} */ ([near.glyph, near.contour, near.segment, near.t]), pin };
+  }
+
+  /** Brings the hover in step with the pointer and the picture. */
+  refresh() {
+    this.hover = this.pointer && this.grab === null ? this.pick(...this.pointer) : null;
+    if (this.last && !this.drawing.layout?.has(this.last)) this.last = null;
+  }
+
+  /** The point shown as a dot, and why. @returns {{handle: Handle | null, mode: string}} */
+  get shown() {
+    if (this.grab) return { handle: this.grab.handle, mode: "drag" };
+    if (this.hover) return { handle: this.hover.handle, mode: "hover" };
+    return { handle: this.drawing.svg.matches(":focus-visible") ? this.last : null, mode: "keys" };
+  }
+
+  /** @param {PointerEvent} event */
+  press(event) {
+    if (!event.isPrimary || event.button !== 0) return;
+    this.finishKeys();
+    this.lose({ pointerId: this.grab?.id });
+    this.drawing.hold();
+    const at = [event.clientX, event.clientY];
+    const touch = event.pointerType === "touch";
+    const found = this.pick(at[0], at[1], touch ? TOUCH : REACH);
+    const [x, y] = this.drawing.toFont(at[0], at[1]);
+    const letter = found ? found.handle[0] : this.letterAt(x);
+    if (letter >= 0) this.session.select(letter);
+    if (found === null) return;
+    const origin = this.drawing.layout.position(found.handle);
+    this.grab = {
+      handle: found.handle, by: "pointer", id: event.pointerId, start: [at[0], at[1]],
+      offset: [origin[0] - x, origin[1] - y], origin, target: origin, before: this.session.axes,
+      open: false, stuck: false,
+    };
+    this.last = found.handle;
+    this.drawing.svg.focus({ preventScroll: true });
+    this.drawing.svg.setPointerCapture(event.pointerId);
+    event.preventDefault();
+  }
+
+  /** @param {number} x @returns {number} the letter whose advance x lies in, or −1 */
+  letterAt(x) {
+    const { layout } = this.drawing;
+    return layout ? layout.word.order.findIndex((_, i) => x >= layout.x[i] && x < layout.x[i] + layout.advance[i]) : -1;
+  }
+
+  /** @param {PointerEvent} event */
+  move(event) {
+    const { grab } = this;
+    if (event.pointerType !== "touch" || grab) this.pointer = [event.clientX, event.clientY];
+    if (grab?.by !== "pointer" || grab.id !== event.pointerId) return;
+    const away = Math.hypot(event.clientX - grab.start[0], event.clientY - grab.start[1]);
+    if (!grab.open && away < CLICK) return;
+    const [x, y] = this.drawing.toFont(event.clientX, event.clientY);
+    if (!Number.isFinite(x)) return;
+    this.open(grab);
+    grab.target = [x + grab.offset[0], y + grab.offset[1]];
+    this.say(grab, "move", grab.target);
+  }
+
+  /** @param {PointerEvent} event */
+  release(event) {
+    const { grab } = this;
+    if (grab?.by !== "pointer" || grab.id !== event.pointerId) return;
+    this.move(event);
+    this.grab = null;
+    if (event.pointerType === "touch") this.pointer = null;
+    if (grab.open) this.say(grab, "up", grab.target);
+    else this.togglePin(grab.handle);
+  }
+
+  /** The browser took the pointer away: the drag ends where it got to. @param {{pointerId?: number}} event */
+  lose(event) {
+    const { grab } = this;
+    if (grab?.by !== "pointer" || grab.id !== event.pointerId) return;
+    this.grab = null;
+    if (grab.open) this.say(grab, "up", grab.target);
+  }
+
+  /** Back to before the drag: the kernel is told of its end, then given the old axes. */
+  cancel() {
+    const { grab } = this;
+    if (grab === null) return false;
+    this.grab = null;
+    if (!grab.open) return true;
+    this.say(grab, "up", grab.origin);
+    this.session.write({ axes: grab.before });
+    return true;
+  }
+
+  /** The word is another one: the drag has no meaning any more, so nothing of it is sent. */
+  forget() {
+    this.grab = this.hover = this.last = null;
+    this.channel.reset();
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    const { layout } = this.drawing;
+    if (layout === null || event.altKey || event.ctrlKey || event.metaKey) return;
+    const arrow = ARROWS[event.key];
+    if (arrow) this.nudge(arrow[0] * (event.shiftKey ? 10 : 1), arrow[1] * (event.shiftKey ? 10 : 1));
+    else if (event.key === "PageDown" || event.key === "PageUp") this.step(event.key === "PageDown" ? 1 : -1);
+    else if ((event.key === "Enter" || event.key === " ") && this.last && !this.grab) this.togglePin(this.last);
+    else if (event.key !== "Escape" || !this.cancel()) return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  /** @param {number} dx pixels @param {number} dy pixels, up */
+  nudge(dx, dy) {
+    if (this.grab?.by === "pointer") return;
+    if (this.last === null) this.step(1);
+    if (this.last === null) return;
+    if (this.grab === null) {
+      const origin = this.drawing.layout.position(this.last);
+      this.grab = {
+        handle: this.last, by: "keys", id: -1, start: [0, 0], offset: [0, 0], origin, target: origin,
+        before: this.session.axes, open: false, stuck: false,
+      };
+    }
+    const { grab } = this, { pixel } = this.drawing;
+    this.open(grab);
+    grab.target = [grab.target[0] + dx * pixel, grab.target[1] + dy * pixel];
+    this.say(grab, "move", grab.target);
+  }
+
+  finishKeys() {
+    const { grab } = this;
+    if (grab?.by !== "keys") return;
+    this.grab = null;
+    this.say(grab, "up", grab.target);
+  }
+
+  /** The keys' handle goes to the next or the previous start of a segment. @param {number} by */
+  step(by) {
+    if (this.grab) return;
+    const { word } = this.drawing.layout;
+    /** @type {Handle[]} */
+    const starts = word.order.flatMap((g, letter) => word.glyphs[g].contours.flatMap((segments, contour) =>
+      Array.from({ length: segments }, (_, segment) => /** @type {Handle} */ ([letter, contour, segment, 0]))));
+    if (starts.length === 0) return;
+    const [letter, contour, segment] = this.last ?? [];
+    const now = starts.findIndex((h) => h[0] === letter && h[1] === contour && h[2] === segment);
+    this.last = now < 0 ? starts[0] : starts[(now + by + starts.length) % starts.length];
+    this.session.select(this.last[0]);
+  }
+
+  /** @param {Handle} handle */
+  togglePin(handle) {
+    const pins = this.session.pins.filter((pin) => this.drawing.layout?.has(pin));
+    const others = pins.filter((pin) => !same(handle, pin));
+    this.session.write({ _pins: others.length < pins.length ? others : [...pins, handle] });
+  }
+
+  /** @private @param {Grab} grab */
+  open(grab) {
+    if (grab.open) return;
+    grab.open = true;
+    this.say(grab, "down", grab.origin);
+  }
+
+  /** @private @param {Grab} grab @param {"down" | "move" | "up"} phase @param {[number, number]} at */
+  say(grab, phase, [x, y]) {
+    this.channel.push({ phase, handle: [...grab.handle], x, y });
+  }
+
+  /**
+   * After an answer or in its stead: does the outline lag for a better reason than the time it took?
+   * @param {{x: number, y: number} | null} asked the place that was answered, null for silence
+   */
+  judge(asked) {
+    const { grab } = this, { layout, pixel } = this.drawing;
+    if (!grab?.open || layout === null) return;
+    const [x, y] = layout.position(grab.handle);
+    grab.stuck = Math.hypot(x - (asked?.x ?? grab.target[0]), y - (asked?.y ?? grab.target[1])) > CLICK * pixel;
+  }
+}

@@ -1,0 +1,69 @@
+/** What editing draws over a word: the handle, the line to a target out of reach, pins, the selection. */
+import { svg } from "./dom.js";
+
+/** Sizes in pixels: marks keep theirs whatever the zoom. */
+const HANDLE = 5.5, PIN = 6.5;
+
+export class Marks {
+  /** @param {SVGGElement} group */
+  constructor(group) {
+    this.underline = svg("line", { class: "vfw-selected" });
+    this.tether = svg("line", { class: "vfw-tether" });
+    this.target = svg("circle", { class: "vfw-target" });
+    this.pins = svg("g", { class: "vfw-pins" });
+    this.handle = svg("circle", { class: "vfw-handle" });
+    group.append(this.underline, this.tether, this.target, this.pins, this.handle);
+  }
+
+  /**
+   * @param {object} state places in word coordinates, y up
+   * @param {number} state.pixel font units a pixel takes
+   * @param {[number, number] | null} state.handle
+   * @param {string} state.mode "hover" | "drag" | "keys"
+   * @param {[number, number] | null} state.tether the target that the handle cannot follow to
+   * @param {{at: [number, number], index: number, hot: boolean}[]} state.pins
+   * @param {[number, number, number] | null} state.underline left, right, y
+   */
+  show({ pixel, handle, mode, tether, pins, underline }) {
+    const on = tether !== null && handle !== null;
+    place(this.handle, handle, { r: HANDLE * pixel });
+    this.handle.setAttribute("data-mode", mode);
+    place(this.target, on ? tether : null, { r: 2.5 * pixel });
+    line(this.tether, on ? [handle[0], handle[1], tether[0], tether[1]] : null);
+    line(this.underline, underline ? [underline[0], underline[2], underline[1], underline[2]] : null);
+    while (this.pins.children.length > pins.length) this.pins.lastChild?.remove();
+    while (this.pins.children.length < pins.length) this.pins.append(pin());
+    pins.forEach(({ at, index, hot }, i) => {
+      const mark = this.pins.children[i];
+      mark.setAttribute("transform", `translate(${at[0]} ${-at[1]}) scale(${pixel})`);
+      mark.setAttribute("data-pin", String(index));
+      mark.toggleAttribute("data-hot", hot);
+    });
+  }
+}
+
+/** A square on its corner with a hole: told from the round handle without colour. */
+function pin() {
+  const d = `M0 ${-PIN}L${PIN} 0L0 ${PIN}L${-PIN} 0Z`;
+  return svg("g", { class: "vfw-pin" }, svg("path", { d }), svg("circle", { r: 1.75 }));
+}
+
+/** @param {SVGElement} circle @param {[number, number] | null} at @param {Record<string, number>} more */
+function place(circle, at, more) {
+  toggle(circle, at !== null);
+  if (at === null) return;
+  for (const [name, value] of Object.entries({ cx: at[0], cy: -at[1], ...more })) circle.setAttribute(name, String(value));
+}
+
+/** @param {SVGElement} element @param {number[] | null} ends x1, y1, x2, y2, y up */
+function line(element, ends) {
+  toggle(element, ends !== null);
+  if (ends === null) return;
+  ["x1", "y1", "x2", "y2"].forEach((name, i) => element.setAttribute(name, String(i % 2 ? -ends[i] : ends[i])));
+}
+
+/** @param {SVGElement} element @param {boolean} on */
+function toggle(element, on) {
+  if (on) element.removeAttribute("display");
+  else element.setAttribute("display", "none");
+}

@@ -1,0 +1,155 @@
+/**
+ * What the view shows of a model, and how the two stay in step. The model's traits are the truth;
+ * the view runs ahead of it while a drag is being answered and while a write of its own waits.
+ */
+import { complete, conform, decodeWord } from "./word.js";
+
+/**
+ * @typedef {import("./forward.js").Handle} Handle
+ * @typedef {Record<string, number>} Values
+ * @typedef {"_word" | "axes" | "shared" | "_pins" | "error"} Trait
+ */
+export const TRAITS = /** @type {const} */ (["_word", "axes", "shared", "_pins", "error"]);
+
+export class Session {
+  /** @param {any} model anywidget's @param {() => void} changed asks for a frame */
+  constructor(model, changed) {
+    this.model = model;
+    this.changed = changed;
+    /** @type {import("./word.js").Word | null} */
+    this.word = null;
+    /** @type {Values | Values[]} */
+    this.axes = {};
+    this.shared = true;
+    /** @type {Handle[]} */
+    this.pins = [];
+    this.error = "";
+    this.selected = 0;
+    /** Counts changes of the picture. */
+    this.version = 0;
+    /** Traits to read again. @type {Set<Trait>} */
+    this.stale = new Set(TRAITS);
+    /** Own changes that the model does not have yet. @type {Record<string, any>} */
+    this.waiting = {};
+    /** What is wrong with a trait; the last good value stays. @type {Map<string, string>} */
+    this.problems = new Map();
+  }
+
+  /** @param {Trait} trait */
+  expire(trait) {
+    this.stale.add(trait);
+    this.changed();
+  }
+
+  /**
+   * Reads what changed. Axes are left alone during a drag: its answers bring them.
+   * @param {boolean} dragging
+   * @returns {boolean} whether there is another word
+   */
+  pull(dragging) {
+    const fresh = this.read("_word", () => {
+      this.word = decodeWord(this.model.get("_word"));
+      this.selected = Math.min(this.selected, Math.max(0, this.word.order.length - 1));
+      for (const trait of /** @type {const} */ (["axes", "shared", "_pins"])) this.stale.add(trait);
+      // What is said of the old word means nothing on the new one.
+      this.waiting = {};
+      this.axes = conform(this.word, {}, this.shared, this.selected);
+    });
+    if (this.word !== null && (fresh || (!dragging && !("axes" in this.waiting)))) {
+      if (this.stale.delete("shared")) this.stale.add("axes");
+      this.read("axes", () => {
+        const shared = this.model.get("shared") !== false;
+        this.axes = conform(/** @type {any} */ (this.word), this.model.get("axes"), shared, this.selected);
+        this.shared = shared;
+      });
+    }
+    if (!("_pins" in this.waiting)) {
+      this.read("_pins", () => {
+        const pins = this.model.get("_pins") ?? [];
+        if (!Array.isArray(pins)) throw new Error("the pins are not a list");
+        this.pins = pins;
+      });
+    }
+    this.read("error", () => (this.error = String(this.model.get("error") || "")));
+    return fresh;
+  }
+
+  /** @private @param {Trait} trait @param {() => void} take */
+  read(trait, take) {
+    if (!this.stale.delete(trait)) return false;
+    this.version++;
+    try {
+      take();
+      this.problems.delete(trait);
+      return true;
+    } catch (error) {
+      this.problems.set(trait, `${trait}: ${/** @type {Error} */ (error).message}`);
+      return false;
+    }
+  }
+
+  /**
+   * Takes the axes of a drag's answer, which are newer than what the trait has said so far.
+   * @param {any} axes
+   */
+  take(axes) {
+    if ("axes" in this.waiting || this.word === null) return;
+    if (axes === null || typeof axes !== "object") throw new Error("the answer has no axes");
+    this.axes = conform(this.word, axes, this.shared, this.selected);
+    this.stale.delete("axes");
+    this.version++;
+  }
+
+  /** Shows a change at once and keeps it for `flush`. @param {{axes?: any, shared?: boolean, _pins?: Handle[]}} patch */
+  write(patch) {
+    Object.assign(this.waiting, patch);
+    if (patch.axes) this.axes = patch.axes;
+    if (patch.shared !== undefined) this.shared = patch.shared;
+    if (patch._pins) this.pins = patch._pins;
+    this.version++;
+    this.changed();
+  }
+
+  /** Gives the model what waits, all in one save. */
+  flush() {
+    const patch = Object.entries(this.waiting);
+    if (patch.length === 0) return;
+    this.waiting = {};
+    for (const [trait, value] of patch) this.model.set(trait, value);
+    this.model.save_changes();
+  }
+
+  /** The values that the sliders act on. @returns {Values} */
+  get values() {
+    return Array.isArray(this.axes) ? this.axes[this.selected] ?? {} : this.axes;
+  }
+
+  /** @param {Values} changes axis values of the selected letter, or of all when they share them */
+  setValues(changes) {
+    const { axes, selected } = this;
+    this.write({
+      axes: Array.isArray(axes)
+        ? axes.map((values, i) => (i === selected ? { ...values, ...changes } : values))
+        : { ...axes, ...changes },
+    });
+  }
+
+  resetAll() {
+    if (this.word === null) return;
+    this.write({ axes: conform(this.word, {}, this.shared, this.selected) });
+  }
+
+  /** @param {boolean} shared */
+  setShared(shared) {
+    if (this.word === null || shared === this.shared) return;
+    this.write({ shared, axes: conform(this.word, shared ? complete(this.word, this.values) : this.axes, shared, this.selected) });
+  }
+
+  /** @param {number} letter */
+  select(letter) {
+    if (this.selected === letter) return;
+    this.selected = letter;
+    this.version++;
+    this.changed();
+  }
+}

@@ -1,0 +1,62 @@
+"""HarfBuzz as referee: outlines and advances at normalized coordinates."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import uharfbuzz as hb
+from fontTools.ttLib import TTFont
+
+
+class HarfBuzz:
+    """One font in HarfBuzz, set to whatever location is asked for."""
+
+    def __init__(self, ttfont: TTFont) -> None:
+        # HarfBuzz reads no WOFF2; untouched tables are copied as they are.
+        ttfont.flavor = None
+        sfnt = io.BytesIO()
+        ttfont.save(sfnt)
+        face = hb.Face(sfnt.getvalue())
+        self.font = hb.Font(face)
+        self.font.scale = (face.upem, face.upem)
+        self._contours: list[list[np.ndarray]] = []
+        self._draw = hb.DrawFuncs()
+        self._draw.set_move_to_func(self._move)
+        self._draw.set_line_to_func(self._line)
+        self._draw.set_quadratic_to_func(self._quadratic)
+        self._draw.set_cubic_to_func(self._cubic)
+        self._draw.set_close_path_func(lambda _: None)
+
+    def locate(self, w: np.ndarray) -> None:
+        self.font.set_var_coords_normalized([float(x) for x in w])
+
+    def advance(self, glyph_id: int) -> float:
+        return self.font.get_glyph_h_advance(glyph_id)
+
+    def contours(self, glyph_id: int) -> list[np.ndarray]:
+        """Cubic segments (s, 4, 2) of each contour; a closing line of no length is left out."""
+        self._contours = []
+        self.font.draw_glyph(glyph_id, self._draw)
+        return [np.array(c) if c else np.zeros((0, 4, 2)) for c in self._contours]
+
+    def _move(self, x: float, y: float, _: object) -> None:
+        self._here = (x, y)
+        self._contours.append([])
+
+    def _line(self, x: float, y: float, _: object) -> None:
+        (a, b) = self._here
+        inner = [((2 * a + x) / 3, (2 * b + y) / 3), ((a + 2 * x) / 3, (b + 2 * y) / 3)]
+        self._contours[-1].append([self._here, *inner, (x, y)])
+        self._here = (x, y)
+
+    def _quadratic(self, cx: float, cy: float, x: float, y: float, _: object) -> None:
+        (a, b) = self._here
+        inner = [((a + 2 * cx) / 3, (b + 2 * cy) / 3), ((x + 2 * cx) / 3, (y + 2 * cy) / 3)]
+        self._contours[-1].append([self._here, *inner, (x, y)])
+        self._here = (x, y)
+
+    def _cubic(self, *numbers: float) -> None:
+        points = np.reshape(numbers[:6], (3, 2))
+        self._contours[-1].append([self._here, *map(tuple, points)])
+        self._here = tuple(points[-1])

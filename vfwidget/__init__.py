@@ -1,0 +1,61 @@
+"""Differentiable variable fonts, and a notebook widget to drag letters by their outline."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .energy import Pin, Residual, StayClose, Target, Term
+from .errors import (
+    AxisError,
+    AxisWarning,
+    FontError,
+    GlyphError,
+    SolveError,
+    TextError,
+    VFWidgetError,
+)
+from .font import Axis, Font, Glyph, NamedInstance, bundled_fonts, load_font
+from .least_squares import least_squares
+from .solution import Solution, solve
+from .text import Handle, Text
+
+if TYPE_CHECKING:
+    from .widget import Editor
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Axis",
+    "AxisError",
+    "AxisWarning",
+    "Editor",
+    "Font",
+    "FontError",
+    "Glyph",
+    "GlyphError",
+    "Handle",
+    "NamedInstance",
+    "Pin",
+    "Residual",
+    "Solution",
+    "SolveError",
+    "StayClose",
+    "Target",
+    "Term",
+    "Text",
+    "TextError",
+    "VFWidgetError",
+    "bundled_fonts",
+    "least_squares",
+    "load_font",
+    "solve",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load the widget, and Jupyter's parts with it, when first asked for."""
+    if name == "Editor":
+        from .widget import Editor
+
+        return Editor
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

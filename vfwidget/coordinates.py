@@ -1,0 +1,47 @@
+"""What callers pass as normalized coordinates, checked once and in one way."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+from .arrays import ArrayLike, to_tensor
+from .errors import AxisError, AxisWarning
+
+if TYPE_CHECKING:
+    import torch
+
+
+def check_coordinates(w: ArrayLike, n: int) -> torch.Tensor:
+    """``w`` as a tensor (..., n) within -1 … 1.
+
+    Raises
+    ------
+    AxisError
+        The last dimension is not n, or an entry is not finite.
+
+    Warns
+    -----
+    AxisWarning
+        An entry lies outside -1 … 1; it is clamped.
+    """
+    try:
+        w = to_tensor(w)
+    except (TypeError, ValueError):
+        raise AxisError(f"Normalized coordinates are {n} numbers, not {w!r}.") from None
+    if w.ndim == 0 or w.shape[-1] != n:
+        raise AxisError(f"This font has {n} axes; got coordinates of shape {tuple(w.shape)}.")
+    try:
+        finite = bool(w.isfinite().all())
+        inside = bool((w.abs() <= 1).all())
+    except RuntimeError:
+        # Under vmap the values cannot be looked at.
+        return w
+    if not finite:
+        raise AxisError("Normalized coordinates must be finite numbers; got NaN or infinity.")
+    if not inside:
+        warnings.warn(
+            "Normalized coordinates outside -1 … 1 were clamped.", AxisWarning, stacklevel=4
+        )
+        w = w.clip(-1, 1)
+    return w

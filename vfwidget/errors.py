@@ -1,0 +1,31 @@
+"""What a caller may catch: every error of the package is a :class:`VFWidgetError`."""
+
+from __future__ import annotations
+
+
+class VFWidgetError(ValueError):
+    """Base of every error this package raises on bad input."""
+
+
+class FontError(VFWidgetError):
+    """The source is not a variable font this package can read."""
+
+
+class GlyphError(VFWidgetError):
+    """The font has no such glyph, or the glyph no such contour, segment or parameter."""
+
+
+class AxisError(VFWidgetError):
+    """An unknown axis, or an axis value that is not a finite number."""
+
+
+class TextError(VFWidgetError):
+    """A text that cannot be laid out, such as an empty one."""
+
+
+class SolveError(VFWidgetError):
+    """A solve that cannot start or go on: NaN, wrong shapes, a foreign handle, bad bounds."""
+
+
+class AxisWarning(UserWarning):
+    """An axis value outside its range was clamped to it."""

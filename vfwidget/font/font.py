@@ -1,0 +1,200 @@
+"""A variable font: its axes, its instances and its glyphs as tensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from fontTools.ttLib import TTFont
+
+from ..arrays import Array, ArrayLike, is_tensor, like, to_array
+from ..coordinates import check_coordinates
+from ..errors import FontError, GlyphError
+from . import axes as axis_maths
+from .glyph import Glyph
+from .shaping import ShapedGlyph, Shaper
+from .source import FontSource, open_font
+
+if TYPE_CHECKING:
+    import torch
+
+
+def load_font(source: FontSource | Font) -> Font:
+    """Load a variable font with TrueType outlines.
+
+    Parameters
+    ----------
+    source : str, path, bytes, fontTools.ttLib.TTFont or Font
+        A bundled name (see :func:`bundled_fonts`), a path, an ``http(s)`` URL, the bytes of a
+        TTF, WOFF or WOFF2 file, or a font already open.
+
+    Returns
+    -------
+    Font
+
+    Raises
+    ------
+    FontError
+        Not a font, a truncated or oversized file, a static font, no TrueType outlines, or an
+        unknown name; the message says which.
+
+    Examples
+    --------
+    >>> import vfwidget as vf
+    >>> font = vf.load_font("recursive")
+    >>> [axis.tag for axis in font.axes]
+    ['MONO', 'CASL', 'wght', 'slnt', 'CRSV']
+    """
+    if isinstance(source, Font):
+        return source
+    return Font(open_font(source))
+
+
+class Font:
+    """A variable font; :func:`load_font` makes it.
+
+    Attributes
+    ----------
+    axes : tuple of Axis
+    instances : tuple of NamedInstance
+    family_name : str
+    units_per_em : int
+    ascender, descender : int
+        Of ``hhea``, in font units.
+    glyph_names : tuple of str
+        In order of glyph id.
+    """
+
+    def __init__(self, ttfont: TTFont) -> None:
+        try:
+            self._read(ttfont)
+        except FontError:
+            raise
+        except Exception as error:
+            # fontTools meets damaged tables with any exception at all.
+            raise FontError(
+                f"The font file is damaged or truncated ({type(error).__name__}: {error})."
+            ) from error
+        self._ttfont = ttfont
+        self._glyphs: dict[str, Glyph] = {}
+
+    def _read(self, ttfont: TTFont) -> None:
+        self.axes = axis_maths.read_axes(ttfont)
+        self.instances = axis_maths.read_instances(ttfont)
+        if "glyf" not in ttfont:
+            raise FontError("This font has no TrueType outlines (no glyf table); it needs them.")
+        names = ttfont["name"]
+        self.family_name: str = names.getBestFamilyName() or "Untitled"
+        self.units_per_em: int = ttfont["head"].unitsPerEm
+        self.ascender: int = ttfont["hhea"].ascent
+        self.descender: int = ttfont["hhea"].descent
+        self.glyph_names = tuple(ttfont.getGlyphOrder())
+        self._cmap: dict[int, str] = ttfont.getBestCmap() or {}
+        # Touched now, so that a damaged table is reported here and not at some later glyph.
+        for tag in ("loca", "glyf", "hmtx", "gvar", "HVAR"):
+            if tag in ttfont:
+                ttfont[tag]
+
+    def __repr__(self) -> str:
+        return f"<Font {self.family_name!r}: {', '.join(axis.tag for axis in self.axes)}>"
+
+    def normalize(self, values: Mapping[str, Any]) -> torch.Tensor:
+        """User coordinates to normalized coordinates.
+
+        Parameters
+        ----------
+        values : mapping of tag to number
+            Missing tags mean default. A number may be a tensor; its gradient is kept.
+
+        Returns
+        -------
+        (n,) float64 tensor
+
+        Raises
+        ------
+        AxisError
+            An unknown tag, or a value that is not a finite number.
+
+        Warns
+        -----
+        AxisWarning
+            A value outside its axis's range; it is clamped, as CSS does.
+
+        Notes
+        -----
+        OpenType, "Coordinate scales and normalization", with the segment maps of ``avar`` 1
+        (paper, Fig. 4). Nothing is rounded to F2Dot14, so that the map stays differentiable.
+        """
+        import torch
+
+        parts = axis_maths.normalize(self.axes, values)
+        graph = [part for part in parts if is_tensor(part)]
+        if not graph:
+            return torch.tensor(parts, dtype=torch.float64)
+        return torch.stack([like(part, graph[0]).reshape(()) for part in parts])
+
+    def denormalize(self, w: ArrayLike) -> dict[str, float]:
+        """Normalized coordinates (n,) to user coordinates by tag.
+
+        Where a segment map is flat and so has no inverse, the user coordinate nearest the
+        default is given.
+
+        Raises
+        ------
+        AxisError
+            ``w`` has the wrong length or holds NaN.
+        """
+        return axis_maths.denormalize(self.axes, to_array(check_coordinates(w, len(self.axes))))
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Least and greatest normalized coordinates that the axes reach, two (n,) arrays."""
+        return axis_maths.bounds(self.axes)
+
+    def glyph(self, key: str | int) -> Glyph:
+        """A glyph as tensors, unpacked at the first call and kept.
+
+        Parameters
+        ----------
+        key : str or int
+            A character, a glyph name or a glyph id.
+
+        Raises
+        ------
+        GlyphError
+            The font has no such glyph.
+        FontError
+            The glyph's data are damaged.
+        """
+        name = self._glyph_name(key)
+        if name not in self._glyphs:
+            try:
+                self._glyphs[name] = Glyph(self._ttfont, name)
+            except FontError:
+                raise
+            except Exception as error:
+                raise FontError(f"The data of glyph {name!r} are damaged ({error}).") from error
+        return self._glyphs[name]
+
+    def _glyph_name(self, key: str | int) -> str:
+        if isinstance(key, int | np.integer) and 0 <= key < len(self.glyph_names):
+            return self.glyph_names[int(key)]
+        if isinstance(key, str):
+            if len(key) == 1 and ord(key) in self._cmap:
+                return self._cmap[ord(key)]
+            if key in self._ttfont.getReverseGlyphMap():
+                return key
+        raise GlyphError(
+            f"{self.family_name} has no glyph {key!r}: give a character, a glyph name "
+            f"or a glyph id below {len(self.glyph_names)}."
+        )
+
+    @cached_property
+    def _shaper(self) -> Shaper:
+        return Shaper(self._ttfont)
+
+    def shape(self, string: str) -> list[ShapedGlyph]:
+        """The glyphs HarfBuzz sets a string in; see :class:`vfwidget.Text`."""
+        return self._shaper.shape(string)

@@ -1,0 +1,42 @@
+"""Advance widths and how they vary: HVAR when present, phantom points when not.
+
+OpenType, "HVAR" table and "Item variation stores".
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from fontTools.ttLib import TTFont
+
+from ..arrays import Array
+from .truetype import PHANTOMS, RawOutline
+
+
+def read_advance(font: TTFont, name: str, raw: RawOutline) -> tuple[float, Array, Array]:
+    """One glyph's advance width, in font units.
+
+    Returns
+    -------
+    default : float
+    deltas : (m,) array
+    support : (m, n, 3) array
+    """
+    if "HVAR" not in font:
+        left, right = raw.points[:, -PHANTOMS, 0], raw.points[:, 1 - PHANTOMS, 0]
+        return float(right[0] - left[0]), (right - left)[1:], raw.support
+    default = float(font["hmtx"][name][0])
+    tags = [axis.axisTag for axis in font["fvar"].axes]
+    table = font["HVAR"].table
+    mapping = table.AdvWidthMap.mapping if table.AdvWidthMap else None
+    index = font.getGlyphID(name) if mapping is None else mapping.get(name, 0xFFFFFFFF)
+    outer, inner = index >> 16, index & 0xFFFF
+    if outer >= len(table.VarStore.VarData):
+        return default, np.zeros(0), np.zeros((0, len(tags), 3))
+    data = table.VarStore.VarData[outer]
+    regions = [table.VarStore.VarRegionList.Region[i] for i in data.VarRegionIndex]
+    support = np.zeros((len(regions), len(tags), 3))
+    for j, region in enumerate(regions):
+        support[j] = [
+            (axis.StartCoord, axis.PeakCoord, axis.EndCoord) for axis in region.VarRegionAxis
+        ]
+    return default, np.array(data.Item[inner], dtype=np.float64), support

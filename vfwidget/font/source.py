@@ -1,0 +1,99 @@
+"""Where a font comes from: a bundled name, a path, a URL, bytes or an open TTFont."""
+
+from __future__ import annotations
+
+import io
+import os
+import struct
+import urllib.request
+from importlib import resources
+from pathlib import Path
+from typing import TypeAlias
+from urllib.error import URLError
+
+from fontTools.ttLib import TTFont
+
+from ..errors import FontError
+
+FontSource: TypeAlias = "str | os.PathLike[str] | bytes | bytearray | memoryview | TTFont"
+
+MAX_FILE_BYTES = 64 * 2**20
+MAX_UNPACKED_BYTES = 256 * 2**20
+"""A WOFF2 file states its unpacked size; more than this is refused before unpacking."""
+URL_TIMEOUT_SECONDS = 30
+
+
+def bundled_fonts() -> tuple[str, ...]:
+    """Names of the fonts that ship with the package, sorted; :func:`load_font` takes them.
+
+    Returns
+    -------
+    tuple of str
+    """
+    folder = resources.files("vfwidget") / "fonts"
+    if not folder.is_dir():
+        return ()
+    names = (Path(entry.name) for entry in folder.iterdir())
+    return tuple(sorted(name.stem for name in names if name.suffix == ".woff2"))
+
+
+def open_font(source: FontSource) -> TTFont:
+    """Open a font file, in full and within limits.
+
+    Parameters
+    ----------
+    source : str, path, bytes or fontTools.ttLib.TTFont
+        A bundled name, a path, an ``http(s)`` URL, the bytes of a font file (TTF, OTF, WOFF,
+        WOFF2, or a collection, of which the first font is taken), or a font already open.
+
+    Raises
+    ------
+    FontError
+        Unknown name, missing or oversized file, failed download, or not a font.
+    """
+    if isinstance(source, TTFont):
+        return source
+    data = bytes(source) if isinstance(source, bytes | bytearray | memoryview) else _read(source)
+    if len(data) > MAX_FILE_BYTES:
+        raise FontError(f"The font file has {len(data)} bytes; the limit is {MAX_FILE_BYTES}.")
+    if data[:4] == b"wOF2" and len(data) >= 20:
+        (unpacked,) = struct.unpack(">I", data[16:20])
+        if unpacked > MAX_UNPACKED_BYTES:
+            raise FontError(
+                f"The WOFF2 file would unpack to {unpacked} bytes; the limit is "
+                f"{MAX_UNPACKED_BYTES}."
+            )
+    try:
+        # A damaged file can fail anywhere in the parser, with any exception.
+        return TTFont(io.BytesIO(data), fontNumber=0, lazy=True)
+    except Exception as error:
+        raise FontError(f"Not a font file that can be read ({_reason(error)}).") from error
+
+
+def _read(source: str | os.PathLike[str]) -> bytes:
+    name = os.fspath(source)
+    if not isinstance(name, str):
+        raise FontError(f"Cannot load a font from {type(source).__name__}.")
+    if name in bundled_fonts():
+        return (resources.files("vfwidget") / "fonts" / f"{name}.woff2").read_bytes()
+    if name.startswith(("http://", "https://")):
+        try:
+            with urllib.request.urlopen(name, timeout=URL_TIMEOUT_SECONDS) as response:
+                return bytes(response.read(MAX_FILE_BYTES + 1))
+        except (URLError, OSError, ValueError) as error:
+            raise FontError(f"Could not download {name} ({_reason(error)}).") from error
+    path = Path(name).expanduser()
+    try:
+        # The size is asked first, so that a huge file is refused unread.
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise FontError(f"{path} is larger than the limit of {MAX_FILE_BYTES} bytes.")
+        return path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise FontError(
+            f"No bundled font and no readable file is called {name!r}. "
+            f"Bundled fonts: {', '.join(bundled_fonts()) or 'none'}."
+        ) from error
+
+
+def _reason(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
