@@ -21,7 +21,7 @@ from .text import Handle, PointSet, Text
 if TYPE_CHECKING:
     import torch
 
-PIN_WEIGHT = 1e4
+PIN_WEIGHT = 1e5
 """Pins outweigh targets: a target that is out of reach must not drag the pins along."""
 
 

@@ -247,6 +247,8 @@ def _problem(
     def numpy_residual(x: Array) -> Array:
         return to_array(residual(to_tensor(x))) if tensors else to_array(residual(x))
 
+    table = None if kinks is None else _kink_table(kinks, n)
+
     def numpy_jacobian(x: Array) -> Array:
         if jacobian is not None:
             return to_array(jacobian(to_tensor(x) if tensors else x))
@@ -254,24 +256,39 @@ def _problem(
             import torch
 
             return to_array(torch.func.jacfwd(residual)(to_tensor(x)))
-        return _central_differences(numpy_residual, x, lower, upper)
+        left, right = (lower, upper) if table is None else _cell(table, x)
+        return _central_differences(
+            numpy_residual, x, np.maximum(left, lower), np.minimum(right, upper)
+        )
 
-    table = None
-    if kinks is not None:
-        if len(kinks) != n:
-            raise SolveError(f"kinks names {len(kinks)} variables; there are {n}.")
-        rows = [np.unique(to_array(row)) for row in kinks]
-        table = np.full((n, max((len(row) for row in rows), default=0) + 1), np.inf)
-        for i, row in enumerate(rows):
-            table[i, : len(row)] = row
     return Problem(
         numpy_residual, numpy_jacobian, lower, upper, table, scale == "columns", tolerances
     )
 
 
+def _kink_table(kinks: Sequence[ArrayLike], n: int) -> Array:
+    """The kinks of each variable as rows of one table, padded with infinity."""
+    if len(kinks) != n:
+        raise SolveError(f"kinks names {len(kinks)} variables; there are {n}.")
+    rows = [np.unique(to_array(row)) for row in kinks]
+    table = np.full((n, max((len(row) for row in rows), default=0) + 1), np.inf)
+    for i, row in enumerate(rows):
+        table[i, : len(row)] = row
+    return table
+
+
+def _cell(kinks: Array, x: Array, beyond: float = 0.0) -> tuple[Array, Array]:
+    """The nearest kinks below and above x, no nearer than ``beyond``; infinite without any."""
+    gaps = kinks - x[:, None]
+    below = np.where(gaps < -beyond, kinks, -np.inf).max(1)
+    above = np.where(gaps > beyond, kinks, np.inf).min(1)
+    return below, above
+
+
 def _central_differences(
     residual: Callable[[Array], Array], x: Array, lower: Array, upper: Array
 ) -> Array:
+    """Differences that leave neither the bounds nor the cell between two kinks."""
     columns = []
     for i in range(len(x)):
         reach = np.finfo(float).eps ** (1 / 3) * max(1.0, abs(x[i]))
@@ -432,11 +449,8 @@ def _linearise(problem: Problem, state: State) -> _Model:
         high = np.where(take_behind | (both & ~take_ahead), 0.0, high)
     else:
         jacobian = ahead
-    # The cell's walls are the next kinks on either side.
-    gaps = problem.kinks - x[:, None]
-    wall_high = np.where(gaps > NUDGE, gaps, np.inf).min(1)
-    wall_low = np.where(gaps < -NUDGE, gaps, -np.inf).max(1)
-    return _Model(jacobian, low, high, np.maximum(low, wall_low), np.minimum(high, wall_high))
+    below, above = _cell(problem.kinks, x, beyond=NUDGE)
+    return _Model(jacobian, low, high, np.maximum(low, below - x), np.minimum(high, above - x))
 
 
 def _checked_jacobian(problem: Problem, state: State, x: Array) -> Array:

@@ -29,6 +29,7 @@ STAY_CLOSE = 1e-3
 """λ of Sec. 5.1: settles which of the equivalent places a drag goes to, the nearest."""
 MOVE_ITERATIONS = 30
 RELEASE_ITERATIONS = 200
+RESTARTS = 8
 
 
 def _static(name: str) -> str:
@@ -227,6 +228,8 @@ class Editor(anywidget.AnyWidget):
             self.text,
             terms,
             max_iterations=RELEASE_ITERATIONS if released else MOVE_ITERATIONS,
+            # While the pointer moves, the letter moves with it and never jumps.
+            restarts=RESTARTS if released else 0,
         )
         self._adopt(solution.text, self.pins, keep_anchors=True)
         return {

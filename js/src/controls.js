@@ -33,7 +33,9 @@ class Row {
     this.typing = false;
     const limits = { min: minimum, max: maximum, step: "any", "data-tag": tag, "data-lm-suppress-shortcuts": "true" };
     const set = (/** @type {number} */ value) => {
-      if (Number.isFinite(value)) actions.set({ [tag]: Math.min(maximum, Math.max(minimum, value)) });
+      if (!Number.isFinite(value)) return;
+      this.value = Math.min(maximum, Math.max(minimum, value));
+      actions.set({ [tag]: this.value });
     };
     // Browsers disagree on what an arrow key does to a slider without steps.
     const onkeydown = (/** @type {KeyboardEvent} */ event) => {
@@ -76,7 +78,7 @@ class Row {
     }, svg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" },
       svg("path", { d: "M3.2 6.2A5.2 5.2 0 1 1 2.9 9.6M3 2.6v3.8h3.8" })));
     this.element = html("div", { class: "vfw-axis" },
-      html("label", { for: id, title: `${format(axis, minimum)} – ${format(axis, maximum)}` },
+      html("label", { for: id, title: `${name} (${tag}): ${format(axis, minimum)} to ${format(axis, maximum)}` },
         html("span", { class: "vfw-name" }, name), html("code", {}, tag)),
       this.range, this.number, this.reset);
     this.range.style.setProperty("--vfw-default", String(this.part(axis.default)));

@@ -106,9 +106,7 @@ export class Gestures {
       open: false, stuck: false,
     };
     this.last = found.handle;
-    this.drawing.svg.focus({ preventScroll: true });
     this.drawing.svg.setPointerCapture(event.pointerId);
-    event.preventDefault();
   }
 
   /** @param {number} x @returns {number} the letter whose advance x lies in, or −1 */

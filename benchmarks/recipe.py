@@ -1,0 +1,164 @@
+"""The paper's own recipe for a drag, as Sec. 3–5.1 describe it: the baseline.
+
+Eq. 1–3 on all control points in eager PyTorch, float64; the dragged point from the four control
+points of its segment; E(Θ) = ‖p(Θ, t) − x*‖² + λ ‖Θ − Θ_prev‖²; Levenberg–Marquardt on it, its
+Jacobian by autograd. Out-of-range values are clamped before the interpolation and Θ is projected
+onto its bounds after each update. Glyphs come unpacked, as the paper's do.
+
+Where the paper leaves a choice open, the one that serves the recipe is taken: a support that ends
+at its peak holds the peak (printed, φ would drop to 0 at the end of an axis), only the two rows
+that need autograd go through it (the regulariser's are √λ I), damping follows the gain ratio, and
+the solve stops by the same limits as ours.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+from torch.autograd.functional import jacobian
+
+import vfwidget as vf
+from vfwidget.bezier import bernstein, segment_indices
+from vfwidget.least_squares import INITIAL_DAMPING, MAX_REJECTIONS
+from vfwidget.solution import GAIN, ZERO_COST
+from vfwidget.variation import merge_regions, selection
+
+STEP_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True)
+class Letter:
+    """A glyph's tensors, its right side bearing point as one more control point, the last.
+
+    The left one is the origin of the others. Supports (m, n) are split into their two lines; an
+    axis that takes no part is ``idle``.
+    """
+
+    points: Tensor
+    deltas: Tensor
+    start: Tensor
+    peak: Tensor
+    end: Tensor
+    rise: Tensor
+    fall: Tensor
+    closed: Tensor
+    idle: Tensor
+
+    @staticmethod
+    def of(glyph: vf.Glyph) -> Letter:
+        affine = glyph.affine
+        support, (own, bearing) = merge_regions([affine.support, affine.advance_support])
+        right = torch.zeros(1, 2, len(support), dtype=torch.float64)
+        spread = selection(bearing, len(support))
+        right[0, 0] = torch.from_numpy(affine.advance_deltas @ spread)
+        outline = glyph.deltas @ torch.from_numpy(selection(own, len(support)))
+        start, peak, end = torch.from_numpy(support).unbind(-1)
+        return Letter(
+            points=torch.cat([glyph.default, glyph.default.new_tensor([[affine.advance_base, 0]])]),
+            deltas=torch.cat([outline, right]),
+            start=start,
+            peak=peak,
+            end=end,
+            rise=torch.where(peak > start, peak - start, 1.0),
+            fall=torch.where(end > peak, end - peak, 1.0),
+            closed=peak == end,
+            idle=(peak == 0) | (start > peak) | (peak > end) | ((start < 0) & (end > 0)),
+        )
+
+    def scalars(self, w: Tensor) -> Tensor:
+        """γ(w), (m,) (Eq. 2)."""
+        rising = (self.start <= w) & ((w < self.peak) | (self.closed & (w == self.peak)))
+        falling = (self.peak <= w) & (w < self.end)
+        fall = torch.where(falling, (self.end - w) / self.fall, 0.0)
+        phi = torch.where(rising, (w - self.start) / self.rise, fall)
+        return torch.where(self.idle, 1.0, phi).prod(-1)
+
+    def at(self, w: Tensor) -> Tensor:
+        """Control points and bearing at w, (k + 1, 2) (Eq. 1)."""
+        return self.points + self.deltas @ self.scalars(w)
+
+
+class Recipe:
+    """Drags of one point of a word; Θ is (1, n) when shared, else (l, n)."""
+
+    def __init__(self, text: vf.Text, handle: vf.Handle, stay_close: float) -> None:
+        self.letters = [Letter.of(glyph) for glyph in text.glyphs]
+        self.lower, self.upper = (torch.from_numpy(bound) for bound in text.font.bounds)
+        self.stay_close = stay_close
+        contours = [s for glyph in text.glyphs for s in glyph.contours]
+        before = sum(len(glyph.contours) for glyph in text.glyphs[: handle.glyph])
+        segment = segment_indices(contours)[before + handle.contour][handle.segment]
+        self.segment = torch.from_numpy(segment)
+        self.weights = torch.from_numpy(bernstein(handle.t))
+
+    def layout(self, theta: Tensor) -> Tensor:
+        """All control points of the word, (K, 2) (Eq. 3)."""
+        theta = theta.clamp(self.lower, self.upper).expand(len(self.letters), -1)
+        pen = theta.new_zeros(2)
+        placed = []
+        for letter, w in zip(self.letters, theta, strict=True):
+            points = letter.at(w)
+            placed.append(points[:-1] + pen)
+            pen = pen + points[-1]
+        return torch.cat(placed)
+
+    def point(self, theta: Tensor) -> Tensor:
+        """The dragged point p(Θ, t), (2,)."""
+        return self.weights @ self.layout(theta)[self.segment]
+
+    def update(self, previous: Tensor, target: Tensor, limit: int) -> tuple[Tensor, int]:
+        """One update of a drag: Θ from Θ_prev, and how many steps it took."""
+        root = math.sqrt(self.stay_close)
+
+        def residual(theta: Tensor) -> Tensor:
+            away = root * (theta - previous).reshape(-1)
+            return torch.cat([self.point(theta) - target, away])
+
+        def derivative(theta: Tensor) -> Tensor:
+            moves = jacobian(self.point, theta).reshape(2, -1)
+            return torch.cat([moves, root * torch.eye(theta.numel(), dtype=theta.dtype)])
+
+        def project(theta: Tensor) -> Tensor:
+            return theta.clamp(self.lower, self.upper)
+
+        return levenberg_marquardt(residual, derivative, project, previous, limit)
+
+
+def levenberg_marquardt(residual, derivative, project, theta, limit):
+    """Dense Levenberg–Marquardt; steps are projected, then accepted if they lower the cost."""
+    r = residual(theta)
+    cost = float(r @ r)
+    damping, growth = 0.0, 2.0
+    for iteration in range(limit):
+        if cost <= ZERO_COST:
+            return theta, iteration
+        j = derivative(theta)
+        normal, gradient = j.T @ j, j.T @ r
+        damping = damping or INITIAL_DAMPING * float(normal.diagonal().max())
+        eye = torch.eye(len(normal), dtype=normal.dtype)
+        for _ in range(MAX_REJECTIONS):
+            step = -torch.linalg.solve(normal + damping * eye, gradient)
+            trial = project(theta + step.reshape(theta.shape))
+            moved = (trial - theta).reshape(-1)
+            if float(moved.abs().max()) <= STEP_TOLERANCE * (1 + float(theta.abs().max())):
+                return theta, iteration
+            r_trial = residual(trial)
+            trial_cost = float(r_trial @ r_trial)
+            promised = -float(2 * gradient @ moved + moved @ normal @ moved)
+            gain = (cost - trial_cost) / promised if promised > 0 else -math.inf
+            if gain > 1e-3 and trial_cost < cost:
+                break
+            damping *= growth
+            growth *= 2
+        else:
+            return theta, iteration
+        gained = cost - trial_cost
+        damping *= max(0.1, 1 - (2 * min(gain, 1.5) - 1) ** 3)
+        growth = 2.0
+        theta, r, cost = trial, r_trial, trial_cost
+        if gained <= GAIN:
+            return theta, iteration + 1
+    return theta, limit
