@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vfwidget as vf
-from vfwidget.least_squares import minimise_quadratic
+from vfwidget.quadratic import minimise_quadratic
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -17,7 +17,8 @@ from .errors import (
 from .font import Axis, Font, Glyph, NamedInstance, bundled_fonts, load_font
 from .least_squares import least_squares
 from .solution import Solution, solve
-from .text import Handle, Text
+from .text import Text
+from .word import Handle
 
 if TYPE_CHECKING:
     from .widget import Editor

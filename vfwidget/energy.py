@@ -16,7 +16,8 @@ import numpy as np
 
 from .arrays import Array, ArrayLike, to_array, to_tensor
 from .errors import SolveError
-from .text import Handle, PointSet, Text
+from .text import Text
+from .word import Handle, PointSet
 
 if TYPE_CHECKING:
     import torch

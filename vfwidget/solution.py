@@ -12,7 +12,8 @@ from .arrays import Array, to_array
 from .energy import Term
 from .errors import SolveError
 from .least_squares import Iterate, Result, least_squares
-from .text import PointSet, Text
+from .text import Text
+from .word import PointSet
 
 if TYPE_CHECKING:
     import torch

@@ -23,7 +23,8 @@ from .errors import SolveError, TextError, VFWidgetError
 from .font import Font
 from .font.source import FontSource
 from .solution import solve
-from .text import AxisValues, Handle, Text, Word
+from .text import AxisValues, Text
+from .word import Handle, Word
 
 STAY_CLOSE = 1e-3
 """λ of Sec. 5.1: settles which of the equivalent places a drag goes to, the nearest."""

@@ -1,0 +1,189 @@
+r"""A row of glyphs, and points upon it, as functions of Θ: Eq. 3.
+
+A letter's points are affine in its own scaling factors γ(θ), and its origin is the sum of the
+advances before it, each affine in its glyph's γ. So every point of the word, an outline's
+control point or any :class:`Handle` on a curve, is
+
+    p̃(Θ) = base + D · γ(θ_letter) + Σ_{z < letter} advance_z(θ_z) x̂,
+
+and a handful of points costs a handful of rows, however large the glyphs are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .arrays import Array, IntArray, like, namespace
+from .bezier import bernstein, segment_indices
+from .font import Font, Glyph
+from .variation import Regions, merge_regions, selection
+
+
+@dataclass(frozen=True)
+class Handle:
+    """A point of a word's outline that stays on its curve parameter as the axes move.
+
+    Attributes
+    ----------
+    glyph, contour, segment : int
+        Which letter of the word, which of its contours, which cubic of that contour.
+    t : float
+        Parameter on the cubic, 0 … 1.
+    word : Word
+        The word it belongs to; handles serve every :class:`Text` moved from that text.
+    """
+
+    glyph: int
+    contour: int
+    segment: int
+    t: float
+    word: Word = field(repr=False, compare=True, kw_only=True)
+
+
+@dataclass(frozen=True)
+class PointSet:
+    """Points of a word as affine functions of their letters' scaling factors.
+
+    Attributes
+    ----------
+    letter : (p,) int array
+    base : (p, 2) array
+    deltas : (p, 2, M) array
+        Over the word's merged regions.
+    before : (p, l) array
+        1 where a letter stands before the point's own and so pushes it along, else 0.
+    """
+
+    letter: IntArray
+    base: Array
+    deltas: Array
+    before: Array
+
+    @staticmethod
+    def join(sets: Sequence[PointSet]) -> PointSet:
+        """Several sets of one word as one, in order."""
+        return PointSet(
+            np.concatenate([s.letter for s in sets]),
+            np.concatenate([s.base for s in sets]),
+            np.concatenate([s.deltas for s in sets]),
+            np.concatenate([s.before for s in sets]),
+        )
+
+
+class Word:
+    """The part of a text that no axis changes: its glyphs and their merged regions.
+
+    Functions take Θ as (l, n) or, when shared, (1, n), numpy or torch.
+
+    Attributes
+    ----------
+    glyphs : tuple of Glyph
+    offsets : (l, 2) array
+        Constant shifts that shaping gave, such as a mark's over its base.
+    regions : Regions
+        Every region of every glyph, once: M of them.
+    outline_regions, advance_regions : list of int arrays
+        Which of the M regions each letter's delta sets and advance deltas belong to.
+    """
+
+    def __init__(self, font: Font, string: str, shared: bool) -> None:
+        self.font, self.string, self.shared = font, string, shared
+        shaped = font.shape(string)
+        self.glyphs: tuple[Glyph, ...] = tuple(font.glyph(s.glyph_id) for s in shaped)
+        self.offsets = np.array([s.offset for s in shaped], dtype=np.float64)
+        self.first_point = np.cumsum([0, *(len(g.affine.base) for g in self.glyphs)])
+        supports = [g.affine.support for g in self.glyphs]
+        supports += [g.affine.advance_support for g in self.glyphs]
+        support, indices = merge_regions(supports)
+        count = len(self.glyphs)
+        self.regions = Regions(support)
+        self.outline_regions, self.advance_regions = indices[:count], indices[count:]
+        self.advance_base = np.array([g.affine.advance_base for g in self.glyphs])
+        self.advance_deltas = np.zeros((count, len(support)))
+        for letter, glyph in enumerate(self.glyphs):
+            spread = selection(self.advance_regions[letter], len(support))
+            self.advance_deltas[letter] = glyph.affine.advance_deltas @ spread
+
+    @property
+    def parameters(self) -> int:
+        """How many axis vectors Θ holds: 1 when shared, else one for each letter."""
+        return 1 if self.shared else len(self.glyphs)
+
+    def outline(self) -> PointSet:
+        """All control points, letter after letter."""
+        letter = np.repeat(np.arange(len(self.glyphs)), np.diff(self.first_point))
+        return self._point_set(
+            letter,
+            np.concatenate([g.affine.base for g in self.glyphs]),
+            np.concatenate([self._spread(i) for i in range(len(self.glyphs))]),
+        )
+
+    def at_handles(self, handles: Sequence[Handle]) -> PointSet:
+        """The handles' points, each a blend of the four control points of its segment."""
+        letter = np.array([h.glyph for h in handles], dtype=np.intp)
+        base, deltas = [], []
+        for h in handles:
+            indices = segment_indices(self.glyphs[h.glyph].contours)[h.contour][h.segment]
+            weights = bernstein(h.t)
+            base.append(weights @ self.glyphs[h.glyph].affine.base[indices])
+            deltas.append(np.tensordot(weights, self._spread(h.glyph, indices), 1))
+        regions = len(self.regions.support)
+        return self._point_set(
+            letter, np.reshape(base, (-1, 2)), np.reshape(deltas, (-1, 2, regions))
+        )
+
+    def _spread(self, letter: int, points: Any = slice(None)) -> Array:
+        """A letter's deltas (p, 2, M), laid out over the word's merged regions."""
+        spread = selection(self.outline_regions[letter], len(self.regions.support))
+        return self.glyphs[letter].affine.deltas[points] @ spread
+
+    def _point_set(self, letter: IntArray, base: Array, deltas: Array) -> PointSet:
+        before = np.arange(len(self.glyphs)) < letter[:, None]
+        return PointSet(letter, base + self.offsets[letter], deltas, before.astype(np.float64))
+
+    def advances(self, gamma: Any) -> Any:
+        """Advance width of each letter, (l,), from the scaling factors γ (1 or l, M)."""
+        varied = (like(self.advance_deltas, gamma) * gamma).sum(-1)
+        return (like(self.advance_base, gamma) + varied).clip(0)
+
+    def origins(self, theta: Any) -> Any:
+        """The x of each letter's origin, (l,), its constant offset not counted."""
+        advances = self.advances(self.regions.scalars(theta))
+        return advances.cumsum(0) - advances
+
+    def positions(self, points: PointSet, theta: Any) -> Any:
+        """The points at Θ, (p, 2) (Eq. 3)."""
+        xp = namespace(theta)
+        gamma = self.regions.scalars(theta)
+        own = gamma if self.shared else gamma[points.letter]
+        moved = (like(points.deltas, theta) @ own[..., None])[..., 0]
+        push = like(points.before, theta) @ self.advances(gamma)
+        return like(points.base, theta) + moved + xp.stack([push, xp.zeros_like(push)], -1)
+
+    def positions_and_jacobian(self, points: PointSet, theta: Any) -> tuple[Any, Any]:
+        """The points at Θ, (p, 2), and their derivative, (p, 2, 1 or l, n), in closed form."""
+        xp = namespace(theta)
+        gamma, slopes = self.regions.scalars_and_jacobian(theta)
+        deltas, before = like(points.deltas, theta), like(points.before, theta)
+        advances = self.advances(gamma)
+        own_gamma = gamma if self.shared else gamma[points.letter]
+        push = before @ advances
+        position = like(points.base, theta) + (deltas @ own_gamma[..., None])[..., 0]
+        position = position + xp.stack([push, xp.zeros_like(push)], -1)
+
+        # An advance held at zero has no slope.
+        rows = like(self.advance_deltas, theta) * (advances > 0)[:, None]
+        if self.shared:
+            jacobian = deltas @ slopes[0]
+            jacobian[:, 0] += before @ (rows @ slopes[0])
+            return position, jacobian[:, :, None]
+        own = deltas @ slopes[points.letter]
+        p, l, n = len(points.letter), len(self.glyphs), theta.shape[-1]
+        jacobian = like(np.zeros((p, 2, l, n)), theta)
+        jacobian[:, 0] = before[..., None] * (rows[:, None] @ slopes)[:, 0]
+        jacobian[xp.arange(p), :, points.letter] += own
+        return position, jacobian
