@@ -151,6 +151,8 @@ class Editor(anywidget.AnyWidget):
 
     @traitlets.validate("pins")
     def _check_pins(self, proposal: Any) -> list[Handle]:
+        if not isinstance(proposal["value"], list | tuple):
+            raise SolveError(f"Pins are a list of handles, not {proposal['value']!r}.")
         pins = [pin.handle if isinstance(pin, Pin) else pin for pin in proposal["value"]]
         for pin in pins:
             if not isinstance(pin, Handle) or not self.text.owns(pin):
@@ -188,7 +190,10 @@ class Editor(anywidget.AnyWidget):
     @traitlets.observe("_pins")
     def _on_pins_of_view(self, _: Any) -> None:
         if not self._adopting:
-            self._adopt(self.text, [self.text.handle(*pin) for pin in self._pins])
+            pins = [self.text.handle(*place) for place in self._pins if len(place) == 4]
+            if len(pins) < len(self._pins):
+                raise SolveError(f"A pin is [glyph, contour, segment, t]; got {self._pins}.")
+            self._adopt(self.text, pins)
 
     def set_state(self, sync_data: Any) -> None:
         """Take state from the view; what cannot be taken is shown there and undone."""
