@@ -89,18 +89,6 @@ def test_linear_problems_with_bounds_as_scipy_has_them(seed: int) -> None:
     assert ours.cost == pytest.approx(2 * theirs.cost, rel=1e-6, abs=1e-9)
 
 
-def hinge(slopes_left, slopes_right, kinks):
-    """A residual that bends at kinks of every variable, as delta sets at their regions do."""
-
-    def residual(x):
-        x = np.asarray(x)
-        offset = x[:, None] - kinks
-        bent = np.where(offset < 0, slopes_left * offset, slopes_right * offset)
-        return bent.sum(axis=(1, 2))
-
-    return residual
-
-
 def test_a_start_on_a_kink_with_one_flat_side_goes_down_the_other() -> None:
     def residual(x):
         return np.array([np.minimum(x[0], 0) + 0.5])
@@ -157,7 +145,8 @@ def test_a_variable_without_effect_stays_where_it_is() -> None:
         (lambda: vf.least_squares(lambda x: x, [2.0], bounds=(0, 1)), "outside the bounds"),
         (lambda: vf.least_squares(lambda x: x, [0.0], bounds=(1, -1)), "above its upper"),
         (lambda: vf.least_squares(lambda x: x, [0.0], bounds=([0, 1], [2, 2])), "do not fit"),
-        (lambda: vf.least_squares(lambda x: x, [[0.0]]), "one vector"),
+        (lambda: vf.least_squares(lambda x: x, [[[0.0]]]), "shape"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], loss="median"), "soft_l1"),
         (lambda: vf.least_squares(lambda x: x, [1.0], jacobian=lambda x: np.eye(2)), r"\(1, 1\)"),
         (lambda: vf.least_squares(lambda x: x, [1.0], jacobian=lambda x: x * np.nan), "Jacobian"),
         (lambda: vf.least_squares(lambda x: x, [1.0], scale="rows"), "columns"),
@@ -176,3 +165,80 @@ def test_a_residual_that_is_not_a_number_further_on_shortens_the_step() -> None:
 
     found = vf.least_squares(residual, [5.0])
     assert found.x[0] == pytest.approx(0.01)
+
+
+def trigonometric(x):
+    """Ten residuals of three variables, for one point (n,) or many (B, n)."""
+    xp = torch if isinstance(x, torch.Tensor) else np
+    time = xp.linspace(0, 3, 10)
+    a, b, c = (x[..., i, None] for i in range(3))
+    return a * xp.sin(b * time) + c - xp.sin(1.7 * time) * 0.8
+
+
+@pytest.mark.parametrize("tensors", [False, True])
+def test_a_batch_is_as_its_problems_one_by_one(tensors: bool) -> None:
+    starts = np.random.default_rng(3).uniform([0, 0.5, -1], [1, 2, 1], (40, 3))
+    given_starts = torch.tensor(starts) if tensors else starts
+    options = {"bounds": ([0, 0.5, -1], [1, 2, 1]), "kinks": [[0.5], [], [0.0]]}
+    together = vf.least_squares(trigonometric, given_starts, **options)
+    for i, start in enumerate(starts):
+        alone = vf.least_squares(trigonometric, start, **options)
+        assert float(together.cost[i]) == pytest.approx(alone.cost, rel=1e-4, abs=1e-9)
+        assert bool(together.converged[i]) == alone.converged
+    assert together.x.shape == (40, 3)
+    assert isinstance(together.x, torch.Tensor) == tensors
+
+
+def test_a_batch_may_hold_different_problems_and_bounds() -> None:
+    goals = np.array([[1.0, 2.0], [3.0, -4.0]])
+    found = vf.least_squares(
+        lambda x: x - goals, np.zeros((2, 2)), bounds=([[0, 0], [0, -9]], [[5, 1], [2, 9]])
+    )
+    assert found.x == pytest.approx(np.array([[1, 1], [2, -4]]), abs=1e-8)
+    assert found.active.tolist() == [[0, 1], [1, 0]]
+
+
+@pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy", "arctan"])
+def test_robust_losses_find_what_scipy_finds(loss: str) -> None:
+    rng = np.random.default_rng(4)
+    t = np.linspace(0, 2, 30)
+    y = 2 * np.exp(-1.3 * t) + 0.02 * rng.normal(size=30)
+    y[::7] += 3
+
+    def residual(x):
+        return x[0] * np.exp(x[1] * t) - y
+
+    ours = vf.least_squares(residual, [1.5, -1.0], loss=loss, loss_scale=0.1)
+    theirs = scipy.optimize.least_squares(
+        residual, [1.5, -1.0], loss=loss, f_scale=0.1, xtol=1e-12, ftol=1e-12, gtol=1e-12
+    )
+    assert ours.x == pytest.approx(theirs.x, rel=1e-4)
+    assert ours.cost == pytest.approx(2 * theirs.cost, rel=1e-8)
+    plain = vf.least_squares(residual, [1.5, -1.0])
+    assert abs(ours.x[1] + 1.3) < 0.1 < abs(plain.x[1] + 1.3)
+
+
+def test_geodesic_acceleration_shortens_the_way_along_a_curved_valley() -> None:
+    plain = vf.least_squares(rosenbrock, [-1.2, 1.0])
+    bent = vf.least_squares(rosenbrock, [-1.2, 1.0], acceleration=True)
+    assert bent.x == pytest.approx([1, 1], abs=1e-6)
+    assert bent.iterations < plain.iterations
+
+
+def test_the_pieces_can_be_stepped_one_by_one() -> None:
+    from vfwidget.levenberg_marquardt import Problem, init, step, terminate
+
+    everywhere = np.full((1, 2), np.inf)
+    problem = Problem(
+        residual=lambda x: rosenbrock(x[0])[None],
+        jacobian=lambda x: np.array([[[-20 * x[0, 0], 10], [-1, 0]]]),
+        lower=-everywhere,
+        upper=everywhere,
+    )
+    state = init(problem, np.array([[-1.2, 1.0]]))
+    costs = [float(state.cost[0])]
+    while not terminate(problem, state, 100):
+        state = step(problem, state)
+        costs.append(float(state.cost[0]))
+    assert costs == sorted(costs, reverse=True)
+    assert state.x[0] == pytest.approx([1, 1], abs=1e-8)

@@ -1,52 +1,58 @@
-"""A convex quadratic over a box: the step of a bounded solver."""
+"""Convex quadratics over boxes: the step of a bounded solver."""
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from .arrays import Array
+from .arrays import like, namespace
+
+HALVINGS = 30
+SUFFICIENT = 0.1
+"""Share of the linear decrease that a step along the projected path must achieve."""
 
 
-def minimise_quadratic(system: Array, gradient: Array, low: Array, high: Array) -> Array:
-    """Minimise ½ dᵀ A d + gᵀ d over low ≤ d ≤ high, where low ≤ 0 ≤ high.
+def minimise_quadratic(system: Any, gradient: Any, low: Any, high: Any) -> Any:
+    """Minimise ½ dᵀ A d + gᵀ d over low ≤ d ≤ high, where low ≤ 0 ≤ high; many at once.
 
     Parameters
     ----------
-    system : (n, n) array
+    system : (..., n, n) array or tensor
         A, symmetric positive definite.
-    gradient, low, high : (n,) arrays
+    gradient, low, high : (..., n) arrays or tensors
 
     Returns
     -------
-    (n,) array
+    (..., n) array or tensor
 
     Notes
     -----
-    Projected Newton (Bertsekas 1982): variables at a bound that the gradient holds there are
-    fixed, the others take the Newton step of their own system, clipped to the box and halved
-    until the quadratic falls enough. The set of fixed variables settles in a few rounds.
+    Projected Newton (Bertsekas 1982; Tassa, Mansard and Todorov 2014): variables at a bound that
+    the slope holds there are fixed, the others take the Newton step of their own system, clipped
+    to the box and halved until the quadratic falls enough. The set of fixed variables settles in
+    a few rounds.
     """
-    d = np.zeros_like(gradient)
+    xp = namespace(gradient)
+    n = gradient.shape[-1]
+    identity = like(xp.eye(n), gradient)
+    d = xp.zeros_like(gradient)
     slope = gradient
-    small = 1e-13 * (np.abs(gradient).max() if len(gradient) else 0.0)
-    for _ in range(10 + 4 * len(d)):
-        fixed = ((d <= low) & (slope >= 0)) | ((d >= high) & (slope <= 0))
-        free = np.flatnonzero(~fixed)
-        if not len(free) or np.abs(slope[free]).max() <= small:
+    small = 1e-13 * xp.amax(abs(gradient), -1)[..., None]
+    for _ in range(10 + 4 * n):
+        free = ~(((d <= low) & (slope >= 0)) | ((d >= high) & (slope <= 0)))
+        if not (free & (abs(slope) > small)).any():
             break
-        newton = np.zeros_like(d)
-        newton[free] = -np.linalg.solve(system[np.ix_(free, free)], slope[free])
-        length = 1.0
-        while True:
-            new = np.minimum(np.maximum(d + length * newton, low), high)
+        own = xp.where(free[..., :, None] & free[..., None, :], system, identity)
+        newton = -xp.linalg.solve(own, xp.where(free, slope, 0.0)[..., None])[..., 0]
+        length: Any = 1.0
+        for _ in range(HALVINGS):
+            new = xp.clip(d + length * newton, low, high)
             change = new - d
-            if change @ slope + 0.5 * change @ system @ change <= 0.1 * (change @ slope):
+            linear = (change * slope).sum(-1)[..., None]
+            bent = (change * (system @ change[..., None])[..., 0]).sum(-1)[..., None]
+            poor = linear + bent / 2 > SUFFICIENT * linear
+            if not poor.any():
                 break
-            length /= 2
-            if length < 1e-9:
-                return d
+            length = xp.where(poor, length / 2, length)
         d = new
-        slope = gradient + system @ d
-        if length == 1.0 and len(free) == len(d) and (d > low).all() and (d < high).all():
-            break
+        slope = gradient + (system @ d[..., None])[..., 0]
     return d
