@@ -8,7 +8,7 @@ import scipy.optimize
 import torch
 
 import vfwidget as vf
-from vfwidget.solution import Energy
+from vfwidget.energy import Energy
 
 FONTS = vf.bundled_fonts()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .energy import Pin, Residual, StayClose, Target, Term
+from .energy import Term
 from .errors import (
     AxisError,
     AxisWarning,
@@ -15,10 +15,12 @@ from .errors import (
     VFWidgetError,
 )
 from .font import Axis, Font, Glyph, NamedInstance, bundled_fonts, load_font
+from .handle_terms import Collinear, Distance, Pin, SharedX, SharedY, Target
 from .least_squares import least_squares
 from .solution import Solution, solve
 from .text import Text
 from .word import Handle
+from .word_terms import Area, AxisTarget, Residual, StayClose, Width
 
 if TYPE_CHECKING:
     from .widget import Editor
@@ -26,9 +28,13 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "Area",
     "Axis",
     "AxisError",
+    "AxisTarget",
     "AxisWarning",
+    "Collinear",
+    "Distance",
     "Editor",
     "Font",
     "FontError",
@@ -38,6 +44,8 @@ __all__ = [
     "NamedInstance",
     "Pin",
     "Residual",
+    "SharedX",
+    "SharedY",
     "Solution",
     "SolveError",
     "StayClose",
@@ -46,6 +54,7 @@ __all__ = [
     "Text",
     "TextError",
     "VFWidgetError",
+    "Width",
     "bundled_fonts",
     "least_squares",
     "load_font",

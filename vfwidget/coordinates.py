@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def check_coordinates(w: ArrayLike, n: int) -> torch.Tensor:
-    """``w`` as a tensor (..., n) within -1 … 1.
+    """``w`` as a float64 tensor (..., n) within -1 … 1.
 
     Raises
     ------
@@ -26,8 +26,9 @@ def check_coordinates(w: ArrayLike, n: int) -> torch.Tensor:
         An entry lies outside -1 … 1; it is clamped.
     """
     try:
-        w = to_tensor(w)
-    except (TypeError, ValueError):
+        # In float32 a hair's breadth beside a breakpoint is the breakpoint itself.
+        w = to_tensor(w).double()
+    except (TypeError, ValueError, RuntimeError):
         raise AxisError(f"Normalized coordinates are {n} numbers, not {w!r}.") from None
     if w.ndim == 0 or w.shape[-1] != n:
         raise AxisError(f"This font has {n} axes; got coordinates of shape {tuple(w.shape)}.")
@@ -35,8 +36,8 @@ def check_coordinates(w: ArrayLike, n: int) -> torch.Tensor:
         finite = bool(w.isfinite().all())
         inside = bool((w.abs() <= 1).all())
     except RuntimeError:
-        # Under vmap the values cannot be looked at.
-        return w
+        # Under vmap the values cannot be looked at, but they can be clamped.
+        return w.clip(-1, 1)
     if not finite:
         raise AxisError("Normalized coordinates must be finite numbers; got NaN or infinity.")
     if not inside:

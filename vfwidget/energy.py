@@ -8,22 +8,15 @@ term costs what its few handles cost, not what the outline does.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import Array, ArrayLike, to_array, to_tensor
+from .arrays import Array
 from .errors import SolveError
 from .text import Text
 from .word import Handle, PointSet
-
-if TYPE_CHECKING:
-    import torch
-
-PIN_WEIGHT = 1e5
-"""Pins outweigh targets: a target that is out of reach must not drag the pins along."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +33,24 @@ class Derivative:
 
     points: Array | None = None
     theta: Array | None = None
+
+
+@dataclass(frozen=True)
+class Account:
+    """What a term comes to at some place.
+
+    Attributes
+    ----------
+    label : str
+    miss : float or None
+        How far its goal is missed, in font units; None for a term that only leans one way.
+    cost : float
+        Its share of E, in squared font units.
+    """
+
+    label: str
+    miss: float | None
+    cost: float
 
 
 class Term:
@@ -70,6 +81,11 @@ class Term:
                 raise SolveError(f"{handle!r} is not a handle of the text {text.string!r}.")
         return self
 
+    def label(self) -> str:
+        """Its kind, and the letters it touches, for a report."""
+        letters = [handle.word.glyphs[handle.glyph].name for handle in self.handles]
+        return " ".join([type(self).__name__, *letters])
+
     def points(self, text: Text) -> PointSet:
         """The points of the text that :meth:`residual` is given."""
         return text.point_set(self.handles)
@@ -82,144 +98,52 @@ class Term:
         """Derivative of :meth:`residual`."""
         raise NotImplementedError
 
-    def miss(self, points: Array) -> float:
-        """How far, in font units, the term is from being met; 0 for one that has no such goal."""
-        return 0.0
+    def miss(self, points: Array) -> float | None:
+        """How far, in font units, the term is from being met; None where it has no such goal."""
+        return None
 
 
-@dataclass(frozen=True)
-class Target(Term):
-    """Pull a handle to a place: ‖p(Θ, t) − x*‖² (Sec. 5.1).
+class Energy:
+    """Terms bound to a text: stacked residuals and their Jacobian by Θ."""
 
-    Parameters
-    ----------
-    handle : Handle
-    position : (x, y)
-        In the text's font units.
-    weight : float
-    """
+    def __init__(self, text: Text, terms: Sequence[Term]) -> None:
+        if not terms or not all(isinstance(term, Term) for term in terms):
+            raise SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
+        self._text = text
+        self._terms = [term.bind(text) for term in terms]
+        sets = [term.points(text) for term in self._terms]
+        self._points = PointSet.join(sets)
+        ends = np.cumsum([len(points.letter) for points in sets])
+        self._slices = [slice(end - len(s.letter), end) for end, s in zip(ends, sets, strict=True)]
 
-    handle: Handle
-    position: Any
-    weight: float = 1.0
+    def residual(self, theta: Array) -> Array:
+        """All residuals (r,) at Θ (parameters, n)."""
+        points = self._text.positions(self._points, theta)
+        return np.concatenate(
+            [t.residual(points[s], theta) for t, s in zip(self._terms, self._slices, strict=True)]
+        )
 
-    @property
-    def handles(self) -> tuple[Handle, ...]:  # type: ignore[override]
-        return (self.handle,)
+    def jacobian(self, theta: Array) -> Array:
+        """Derivative of the residuals by the flattened Θ, (r, parameters · n)."""
+        points, moves = self._text.positions_and_jacobian(self._points, theta)
+        moves = moves.reshape(len(points), 2, theta.size)
+        blocks = []
+        for term, s in zip(self._terms, self._slices, strict=True):
+            by = term.derivative(points[s], theta)
+            block = np.zeros(())
+            if by.points is not None:
+                block = by.points.reshape(len(by.points), -1) @ moves[s].reshape(-1, theta.size)
+            if by.theta is not None:
+                block = block + by.theta.reshape(len(by.theta), theta.size)
+            blocks.append(block)
+        return np.concatenate(blocks)
 
-    def bind(self, text: Text) -> Term:
-        super().bind(text)
-        position = to_array(self.position)
-        if position.shape != (2,) or not np.isfinite(position).all():
-            raise SolveError(f"A target is a place (x, y), not {self.position!r}.")
-        return replace(self, position=position)
-
-    def residual(self, points: Array, theta: Array) -> Array:
-        return math.sqrt(self.weight) * (points[0] - self.position)
-
-    def derivative(self, points: Array, theta: Array) -> Derivative:
-        return Derivative(points=math.sqrt(self.weight) * np.eye(2)[:, None, :])
-
-    def miss(self, points: Array) -> float:
-        return float(np.hypot(*(points[0] - self.position)))
-
-
-@dataclass(frozen=True)
-class Pin(Target):
-    """Hold a handle where it is when the solve starts, or at a given place.
-
-    Parameters
-    ----------
-    handle : Handle
-    position : (x, y), optional
-        By default where the text has the handle.
-    weight : float
-        By default large, so that pins hold in preference to targets.
-    """
-
-    position: Any = None
-    weight: float = PIN_WEIGHT
-
-    def bind(self, text: Text) -> Term:
-        Term.bind(self, text)
-        here = text.position(self.handle) if self.position is None else self.position
-        return Target.bind(replace(self, position=here), text)
-
-
-@dataclass(frozen=True)
-class StayClose(Term):
-    """Stay near a place of the design space: λ ‖Θ − Θ₀‖² (Sec. 5.1).
-
-    Among the many places that meet the other terms it picks the nearest.
-
-    Parameters
-    ----------
-    weight : float
-        λ, in squared font units per squared normalized unit. 1e-3 settles ties and moves a
-        target by far less than a unit.
-    theta : (1, n) or (l, n) array, optional
-        Θ₀, by default where the solve starts.
-    """
-
-    weight: float = 1e-3
-    theta: ArrayLike | None = None
-
-    def bind(self, text: Text) -> Term:
-        super().bind(text)
-        return replace(self, theta=to_array(text.theta if self.theta is None else self.theta))
-
-    def residual(self, points: Array, theta: Array) -> Array:
-        return math.sqrt(self.weight) * (theta - to_array(self.theta)).ravel()
-
-    def derivative(self, points: Array, theta: Array) -> Derivative:
-        identity = np.eye(theta.size).reshape(theta.size, *theta.shape)
-        return Derivative(theta=math.sqrt(self.weight) * identity)
-
-
-@dataclass(frozen=True)
-class Residual(Term):
-    """Any differentiable function of the text's points.
-
-    Parameters
-    ----------
-    function : callable
-        A (p, 2) tensor of positions in font units to a tensor of residuals. torch differentiates
-        it.
-    on : sequence of Handle, optional
-        The points it is given; by default all control points of the text, in order.
-    weight : float
-
-    Examples
-    --------
-    Keep the second letter's top at the height of the first's::
-
-        vf.Residual(lambda p: p[:1, 1] - p[1:, 1], on=[first, second])
-    """
-
-    function: Callable[[torch.Tensor], torch.Tensor]
-    on: Sequence[Handle] | None = None
-    weight: float = 1.0
-
-    @property
-    def handles(self) -> tuple[Handle, ...]:  # type: ignore[override]
-        return tuple(self.on or ())
-
-    def points(self, text: Text) -> PointSet:
-        return text.point_set(None if self.on is None else self.handles)
-
-    def residual(self, points: Array, theta: Array) -> Array:
-        return math.sqrt(self.weight) * to_array(self._call(to_tensor(points)))
-
-    def derivative(self, points: Array, theta: Array) -> Derivative:
-        import torch
-
-        # Jupyter may run this on a thread whose grad mode was never set.
-        with torch.enable_grad():
-            jacobian = torch.autograd.functional.jacobian(self._call, to_tensor(points))
-        return Derivative(points=math.sqrt(self.weight) * to_array(jacobian))
-
-    def _call(self, points: torch.Tensor) -> torch.Tensor:
-        value = self.function(points)
-        if not hasattr(value, "reshape") or not hasattr(value, "requires_grad"):
-            raise SolveError(f"A Residual's function must give a tensor, not {type(value)}.")
-        return value.reshape(-1)
+    def accounts(self, theta: Array) -> list[Account]:
+        """What each term comes to at Θ."""
+        points = self._text.positions(self._points, theta)
+        accounts = []
+        for term, s in zip(self._terms, self._slices, strict=True):
+            residual = term.residual(points[s], theta)
+            cost = float(residual @ residual)
+            accounts.append(Account(term.label(), term.miss(points[s]), cost))
+        return accounts

@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .arrays import Array, to_array
-from .energy import Term
-from .errors import SolveError
+from .energy import Account, Energy, Term
 from .least_squares import Iterate, Result, least_squares
 from .text import Text
-from .word import PointSet
 
 if TYPE_CHECKING:
     import torch
@@ -35,26 +33,32 @@ class Solution:
     ----------
     text : Text
         The text, moved.
+    start : Text
+        The text as it was.
     cost : float
-        E there, in squared font units.
+        E at ``text``, in squared font units.
     iterations : int
     status : {"converged", "unreachable", "running"}
         ``"unreachable"``: it has converged, on the closest place the axes can reach, and a
         target or pin is still missed. ``"running"``: the iteration limit came first.
     message : str
         The same in words, with the axis bounds that stand in the way.
-    misses : list of float
-        How far each term's goal is missed, in font units, in the order of the terms.
+    terms : list of Account
+        What each term comes to, in the order given.
+    active : (1, n) or (l, n) int array
+        -1 or 1 where an axis is held at its lower or upper bound, else 0.
     history : list of Iterate
         (Θ, cost) of every accepted step, the start included.
     """
 
     text: Text
+    start: Text
     cost: float
     iterations: int
     status: str
     message: str
-    misses: list[float]
+    terms: list[Account]
+    active: Array
     history: list[Iterate]
 
     @property
@@ -71,6 +75,38 @@ class Solution:
     def converged(self) -> bool:
         """Whether the solver stopped by itself, at a place no step improves."""
         return self.status != "running"
+
+    @property
+    def misses(self) -> list[float]:
+        """How far each term's goal is missed, in font units; 0 for a term that has none."""
+        return [term.miss or 0.0 for term in self.terms]
+
+    def report(self) -> str:
+        """Which terms are met, by how much the rest are missed, and what each axis did.
+
+        Returns
+        -------
+        str
+            A table to print.
+        """
+        lines = [f"{self.status} after {self.iterations} iterations: {self.message}", ""]
+        width = max(len(term.label) for term in self.terms)
+        lines.append(f"{'term':{width}}  {'missed by':>11}  {'cost':>10}")
+        for term in self.terms:
+            missed = "" if term.miss is None else "met" if term.miss <= MET else f"{term.miss:.1f}"
+            lines.append(f"{term.label:{width}}  {missed:>11}  {term.cost:10.4g}")
+        lines += ["", f"{'axis':{width}}  {'from':>11}  {'to':>10}"]
+        places = zip(_rows(self.start), _rows(self.text), self.active, strict=True)
+        for letter, (before, after, active) in enumerate(places):
+            for (tag, old), new, held in zip(before.items(), after.values(), active, strict=True):
+                name = tag if self.text.shared else f"{self.text.glyphs[letter].name} {tag}"
+                end = {-1: "  held at its minimum", 1: "  held at its maximum"}.get(int(held), "")
+                lines.append(f"{name:{width}}  {old:11.4g}  {new:10.4g}{end}")
+        return "\n".join(lines)
+
+
+def _rows(text: Text) -> list[dict[str, float]]:
+    return [text.axes] if text.shared else text.axes
 
 
 def solve(
@@ -118,7 +154,11 @@ def solve(
     start = to_array(text.theta)
     lower, upper = (np.tile(bound, len(start)) for bound in text.font.bounds)
 
-    def run(x0: Array) -> tuple[Result, list[float]]:
+    def missed(result: Result) -> float:
+        accounts = energy.accounts(result.x.reshape(start.shape))
+        return max(account.miss or 0.0 for account in accounts)
+
+    def run(x0: Array) -> tuple[Result, float]:
         result = least_squares(
             lambda x: energy.residual(x.reshape(start.shape)),
             x0,
@@ -131,29 +171,31 @@ def solve(
             gain_tolerance=GAIN,
             zero=ZERO_COST,
         )
-        return result, energy.misses(result.x.reshape(start.shape))
+        return result, missed(result)
 
-    result, misses = run(start.ravel())
+    result, miss = run(start.ravel())
     # The same places at every call, so that a solve can be repeated.
     places = np.random.default_rng(0).uniform(lower, upper, (restarts, start.size))
     for place in places:
-        if max(misses) <= MET:
+        if miss <= MET:
             break
-        other, other_misses = run(place)
-        if other.cost < result.cost and max(other_misses) < max(misses) - MET:
-            result, misses = other, other_misses
+        other, other_miss = run(place)
+        if other.cost < result.cost and other_miss < miss - MET:
+            result, miss = other, other_miss
 
     theta = result.x.reshape(start.shape)
     status = "running"
     if result.converged:
-        status = "unreachable" if max(misses) > MET else "converged"
+        status = "unreachable" if miss > MET else "converged"
     return Solution(
         text=text.at(theta=theta),
+        start=text,
         cost=result.cost,
         iterations=result.iterations,
         status=status,
-        message=_explain(text, result, status, max(misses)),
-        misses=misses,
+        message=_explain(text, result, status, miss),
+        terms=energy.accounts(theta),
+        active=result.active.reshape(start.shape),
         history=[Iterate(x.reshape(start.shape), cost) for x, cost in result.history],
     )
 
@@ -162,7 +204,7 @@ def _explain(text: Text, result: Result, status: str, miss: float) -> str:
     if status == "running":
         return result.status
     if status == "converged":
-        return "every target is met"
+        return "every goal is met"
     held = []
     for index in np.flatnonzero(result.active):
         letter, axis = divmod(int(index), len(text.font.axes))
@@ -172,44 +214,3 @@ def _explain(text: Text, result: Result, status: str, miss: float) -> str:
     return f"the closest the axes come is {miss:.1f} units away" + (
         f"; {', '.join(held)}" if held else ""
     )
-
-
-class Energy:
-    """Terms bound to a text: stacked residuals and their Jacobian by Θ."""
-
-    def __init__(self, text: Text, terms: Sequence[Term]) -> None:
-        if not terms or not all(isinstance(term, Term) for term in terms):
-            raise SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
-        self._text = text
-        self._terms = [term.bind(text) for term in terms]
-        sets = [term.points(text) for term in self._terms]
-        self._points = PointSet.join(sets)
-        ends = np.cumsum([len(points.letter) for points in sets])
-        self._slices = [slice(end - len(s.letter), end) for end, s in zip(ends, sets, strict=True)]
-
-    def residual(self, theta: Array) -> Array:
-        """All residuals (r,) at Θ (parameters, n)."""
-        points = self._text.positions(self._points, theta)
-        return np.concatenate(
-            [t.residual(points[s], theta) for t, s in zip(self._terms, self._slices, strict=True)]
-        )
-
-    def jacobian(self, theta: Array) -> Array:
-        """Derivative of the residuals by the flattened Θ, (r, parameters · n)."""
-        points, moves = self._text.positions_and_jacobian(self._points, theta)
-        moves = moves.reshape(len(points), 2, theta.size)
-        blocks = []
-        for term, s in zip(self._terms, self._slices, strict=True):
-            by = term.derivative(points[s], theta)
-            block = np.zeros(())
-            if by.points is not None:
-                block = by.points.reshape(len(by.points), -1) @ moves[s].reshape(-1, theta.size)
-            if by.theta is not None:
-                block = block + by.theta.reshape(len(by.theta), theta.size)
-            blocks.append(block)
-        return np.concatenate(blocks)
-
-    def misses(self, theta: Array) -> list[float]:
-        """How far each term's goal is missed at Θ, in font units."""
-        points = self._text.positions(self._points, theta)
-        return [t.miss(points[s]) for t, s in zip(self._terms, self._slices, strict=True)]

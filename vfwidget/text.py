@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from operator import index
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -124,7 +125,9 @@ class Text:
             raise AxisError("Give either axes= or theta=.")
         moved = object.__new__(Text)
         moved.word, moved._outline = self.word, self._outline
-        moved._theta = self._read_axes(axes) if axes is not None else to_array(self._check(theta))
+        moved._theta = (
+            self._read_axes(axes) if axes is not None else to_array(self._check(theta)).copy()
+        )
         return moved
 
     def points(self, theta: ArrayLike | None = None) -> torch.Tensor:
@@ -162,13 +165,14 @@ class Text:
         """
         where = f"glyph={glyph}, contour={contour}, segment={segment}, t={t}"
         try:
+            glyph, contour, segment = index(glyph), index(contour), index(segment)
             if min(glyph, contour, segment) < 0 or not 0 <= t <= 1:
                 raise IndexError
             if segment >= self.glyphs[glyph].contours[contour]:
                 raise IndexError
         except (IndexError, TypeError):
             raise GlyphError(f"{self.string!r} has no outline point at {where}.") from None
-        return Handle(int(glyph), int(contour), int(segment), float(t), word=self.word)
+        return Handle(glyph, contour, segment, float(t), word=self.word)
 
     def nearest(self, x: float, y: float) -> Handle:
         """The handle of the outline point nearest to (x, y) in the word's font units.
@@ -178,7 +182,10 @@ class Text:
         GlyphError
             The text has no outline (spaces only), or x or y is not finite.
         """
-        point = to_array([x, y])
+        try:
+            point = np.array([float(x), float(y)])
+        except (TypeError, ValueError, OverflowError, RuntimeError):
+            point = np.array([np.nan, np.nan])
         if not np.isfinite(point).all():
             raise GlyphError(f"The nearest point to ({x}, {y}) cannot be asked for.")
         owners = [
@@ -191,8 +198,8 @@ class Text:
             raise GlyphError(f"{self.string!r} has no outline to take a point of.")
         points = self.positions(self.point_set(), self._theta)
         contours = [s for glyph in self.glyphs for s in glyph.contours]
-        index, t = nearest(points[np.concatenate(segment_indices(contours))], point)
-        return Handle(*owners[index], t, word=self.word)
+        found, t = nearest(points[np.concatenate(segment_indices(contours))], point)
+        return Handle(*owners[found], t, word=self.word)
 
     def position(self, handle: Handle) -> torch.Tensor:
         """Where a handle's point lies, (2,), in font units.

@@ -129,7 +129,7 @@ def merge_regions(supports: list[Array]) -> tuple[Array, list[IntArray]]:
             found.append(position[key])
         indices.append(np.asarray(found, dtype=np.intp))
     n = supports[0].shape[1] if supports else 0
-    return np.asarray(kept, dtype=np.float64).reshape(-1, n, 3), indices
+    return np.asarray(kept, dtype=np.float64).reshape(len(kept), n, 3), indices
 
 
 def selection(indices: IntArray, count: int) -> Array:

@@ -18,16 +18,18 @@ import numpy as np
 import traitlets
 
 from .arrays import Array
-from .energy import Pin, StayClose, Target, Term
+from .energy import Term
 from .errors import SolveError, TextError, VFWidgetError
 from .font import Font
 from .font.source import FontSource
+from .handle_terms import Pin, Target
 from .solution import solve
 from .text import AxisValues, Text
 from .word import Handle, Word
+from .word_terms import StayClose
 
-STAY_CLOSE = 1e-3
-"""λ of Sec. 5.1: settles which of the equivalent places a drag goes to, the nearest."""
+CALM = 0.001
+"""√λ of Sec. 5.1, in ems: a drag moves an axis through its range for no less gain than that."""
 MOVE_ITERATIONS = 30
 RELEASE_ITERATIONS = 200
 RESTARTS = 8
@@ -227,7 +229,7 @@ class Editor(anywidget.AnyWidget):
             target = Target(handle, (float(content["x"]), float(content["y"])))
         except (KeyError, TypeError, ValueError) as error:
             raise SolveError(f"This drag message makes no sense ({_in_words(error)}).") from error
-        terms: list[Term] = [target, StayClose(STAY_CLOSE)]
+        terms: list[Term] = [target, StayClose((CALM * self.text.font.units_per_em) ** 2)]
         terms += [Pin(pin, self._anchors[pin]) for pin in self.pins if pin != handle]
         released = content.get("phase") == "up"
         solution = solve(

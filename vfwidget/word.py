@@ -93,7 +93,11 @@ class Word:
     def __init__(self, font: Font, string: str, shared: bool) -> None:
         self.font, self.string, self.shared = font, string, shared
         shaped = font.shape(string)
-        self.glyphs: tuple[Glyph, ...] = tuple(font.glyph(s.glyph_id) for s in shaped)
+        glyphs = [font.glyph(s.glyph_id) for s in shaped]
+        self.glyphs: tuple[Glyph, ...] = tuple(
+            glyph if s.spacing else glyph.without_advance()
+            for glyph, s in zip(glyphs, shaped, strict=True)
+        )
         self.offsets = np.array([s.offset for s in shaped], dtype=np.float64)
         self.first_point = np.cumsum([0, *(len(g.affine.base) for g in self.glyphs)])
         supports = [g.affine.support for g in self.glyphs]
@@ -136,6 +140,15 @@ class Word:
             letter, np.reshape(base, (-1, 2)), np.reshape(deltas, (-1, 2, regions))
         )
 
+    def end(self) -> PointSet:
+        """The one point at the end of the line, where the next letter's origin would be."""
+        return PointSet(
+            np.array([len(self.glyphs) - 1], dtype=np.intp),
+            np.zeros((1, 2)),
+            np.zeros((1, 2, len(self.regions.support))),
+            np.ones((1, len(self.glyphs))),
+        )
+
     def _spread(self, letter: int, points: Any = slice(None)) -> Array:
         """A letter's deltas (p, 2, M), laid out over the word's merged regions."""
         spread = selection(self.outline_regions[letter], len(self.regions.support))
@@ -147,8 +160,11 @@ class Word:
 
     def advances(self, gamma: Any) -> Any:
         """Advance width of each letter, (l,), from the scaling factors γ (1 or l, M)."""
+        return self._unclipped_advances(gamma).clip(0)
+
+    def _unclipped_advances(self, gamma: Any) -> Any:
         varied = (like(self.advance_deltas, gamma) * gamma).sum(-1)
-        return (like(self.advance_base, gamma) + varied).clip(0)
+        return like(self.advance_base, gamma) + varied
 
     def origins(self, theta: Any) -> Any:
         """The x of each letter's origin, (l,), its constant offset not counted."""
@@ -169,14 +185,14 @@ class Word:
         xp = namespace(theta)
         gamma, slopes = self.regions.scalars_and_jacobian(theta)
         deltas, before = like(points.deltas, theta), like(points.before, theta)
-        advances = self.advances(gamma)
+        advances = self._unclipped_advances(gamma)
         own_gamma = gamma if self.shared else gamma[points.letter]
-        push = before @ advances
+        push = before @ advances.clip(0)
         position = like(points.base, theta) + (deltas @ own_gamma[..., None])[..., 0]
         position = position + xp.stack([push, xp.zeros_like(push)], -1)
 
-        # An advance held at zero has no slope.
-        rows = like(self.advance_deltas, theta) * (advances > 0)[:, None]
+        # An advance that is held at zero has no slope; one that is zero of itself has.
+        rows = like(self.advance_deltas, theta) * (advances >= 0)[:, None]
         if self.shared:
             jacobian = deltas @ slopes[0]
             jacobian[:, 0] += before @ (rows @ slopes[0])

@@ -51,15 +51,16 @@ class Axis:
     def normalize(self, value: Any) -> Any:
         """User coordinate to normalized coordinate; outside the range it is clamped.
 
-        A tensor gives a tensor, differentiable with slope 0 outside the range.
+        A tensor gives a float64 tensor, differentiable with slope 0 outside the range; at a
+        corner of the segment map with the slope to the right, as everywhere in this package.
         """
         users, normals = self._knots()
         if not is_tensor(value):
             return float(np.interp(value, users, normals))
         if len(users) == 1:
-            return value * 0 + normals[0]
-        value = value.clip(users[0], users[-1])
-        right = int(np.clip(np.searchsorted(users, float(value)), 1, len(users) - 1))
+            return value.double() * 0 + normals[0]
+        value = value.double().clip(users[0], users[-1])
+        right = int(np.searchsorted(users[1:-1], float(value.detach()), side="right")) + 1
         slope = (normals[right] - normals[right - 1]) / (users[right] - users[right - 1])
         return normals[right - 1] + slope * (value - users[right - 1])
 
@@ -75,9 +76,8 @@ class Axis:
         # Walking outwards from the default finds the nearest preimage on a flat stretch.
         at = int(np.flatnonzero(users == self.default)[0])
         if w > normals[at]:
-            return float(np.interp(w, *_strictly_rising(normals[at:], users[at:])))
-        outward = np.interp(-w, *_strictly_rising(-normals[at::-1], users[at::-1]))
-        return float(outward)
+            return _first_crossing(w, normals[at:], users[at:])
+        return _first_crossing(-w, -normals[at::-1], users[at::-1])
 
     def _knots(self) -> tuple[Array, Array]:
         """The whole map, user → normalized, as the corners of one piecewise linear function."""
@@ -91,10 +91,13 @@ class Axis:
         return users, np.array([corners[user] for user in users])
 
 
-def _strictly_rising(x: Array, y: Array) -> tuple[Array, Array]:
-    """Drop points that repeat an x, keeping the first, as ``np.interp`` needs."""
-    keep = np.concatenate([[True], np.diff(x) > 0])
-    return x[keep], y[keep]
+def _first_crossing(x: float, xs: Array, ys: Array) -> float:
+    """Where the polyline through (xs, ys), xs rising or flat, first comes to x; else its end."""
+    if x >= xs[-1]:
+        return float(ys[np.searchsorted(xs, xs[-1])])
+    right = int(np.searchsorted(xs, x))
+    part = (x - xs[right - 1]) / (xs[right] - xs[right - 1])
+    return float(ys[right - 1] + part * (ys[right] - ys[right - 1]))
 
 
 @dataclass(frozen=True)
@@ -125,17 +128,19 @@ def read_axes(font: TTFont) -> tuple[Axis, ...]:
             "This font is static: it has no variation axes (no fvar table). "
             "Load a variable font instead."
         )
+    keys = axis_keys(font)
+    _read_by_axis(font, keys)
     maps = {}
     if "avar" in font:
         if font["avar"].majorVersion != 1:
             raise FontError("This font's avar table is of version 2, which is not supported.")
         maps = font["avar"].segments
     axes = []
-    for record in font["fvar"].axes:
+    for key, record in zip(keys, font["fvar"].axes, strict=True):
         if not record.minValue <= record.defaultValue <= record.maxValue:
             raise FontError(f"Axis {record.axisTag!r} has its default outside its range.")
         # Corners of a segment map may be left out at the ends and the middle.
-        segments = dict(IDENTITY_MAP) | maps.get(record.axisTag, {})
+        segments = dict(IDENTITY_MAP) | maps.get(key, {})
         axes.append(
             Axis(
                 tag=record.axisTag,
@@ -148,6 +153,32 @@ def read_axes(font: TTFont) -> tuple[Axis, ...]:
             )
         )
     return tuple(axes)
+
+
+def axis_keys(font: TTFont) -> list[str]:
+    """The axes' tags, those that repeat an earlier one made distinct.
+
+    By these keys fontTools gives the regions of ``gvar`` once :func:`read_axes` has run.
+    """
+    tags = [record.axisTag for record in font["fvar"].axes]
+    return [f"{tag}#{i}" if tag in tags[:i] else tag for i, tag in enumerate(tags)]
+
+
+def _read_by_axis(font: TTFont, keys: list[str]) -> None:
+    """Have fontTools read the tables that it keeps by tag while each axis has a tag of its own.
+
+    Of two axes with one tag it would keep but the last axis's numbers.
+    """
+    records = font["fvar"].axes
+    tags = [record.axisTag for record in records]
+    try:
+        for record, key in zip(records, keys, strict=True):
+            record.axisTag = key
+        for table in {"avar", "gvar"} & set(font.keys()):
+            font[table]
+    finally:
+        for record, tag in zip(records, tags, strict=True):
+            record.axisTag = tag
 
 
 def read_instances(font: TTFont) -> tuple[NamedInstance, ...]:
@@ -187,8 +218,9 @@ def normalize(axes: Sequence[Axis], values: Mapping[str, Any]) -> list[Any]:
 
 def _checked(axis: Axis, value: Any) -> Any:
     try:
-        number = float(value)
-    except (TypeError, ValueError):
+        number = float(value.detach() if is_tensor(value) else value)
+    except (TypeError, ValueError, OverflowError, RuntimeError):
+        # torch raises the last for a tensor of several numbers.
         number = math.nan
     if not math.isfinite(number):
         raise AxisError(f"Axis {axis.tag!r} needs a finite number, not {value!r}.")

@@ -11,7 +11,7 @@ from fontTools.ttLib import TTFont
 
 from ..arrays import Array, ArrayLike, is_tensor, like, to_array
 from ..coordinates import check_coordinates
-from ..errors import FontError, GlyphError
+from ..errors import AxisError, FontError, GlyphError
 from . import axes as axis_maths
 from .glyph import Glyph
 from .shaping import ShapedGlyph, Shaper
@@ -81,6 +81,9 @@ class Font:
         self._glyphs: dict[str, Glyph] = {}
 
     def _read(self, ttfont: TTFont) -> None:
+        # First, while the tables are as the file has them: fontTools would write anew those it has
+        # read.
+        self._shaper = Shaper(ttfont)
         self.axes = axis_maths.read_axes(ttfont)
         self.instances = axis_maths.read_instances(ttfont)
         if "glyf" not in ttfont:
@@ -146,7 +149,10 @@ class Font:
         AxisError
             ``w`` has the wrong length or holds NaN.
         """
-        return axis_maths.denormalize(self.axes, to_array(check_coordinates(w, len(self.axes))))
+        w = check_coordinates(w, len(self.axes))
+        if w.ndim != 1:
+            raise AxisError(f"One set of coordinates at a time, not {tuple(w.shape)}.")
+        return axis_maths.denormalize(self.axes, to_array(w))
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
@@ -179,21 +185,18 @@ class Font:
         return self._glyphs[name]
 
     def _glyph_name(self, key: str | int) -> str:
-        if isinstance(key, int | np.integer) and 0 <= key < len(self.glyph_names):
-            return self.glyph_names[int(key)]
         if isinstance(key, str):
             if len(key) == 1 and ord(key) in self._cmap:
                 return self._cmap[ord(key)]
             if key in self._ttfont.getReverseGlyphMap():
                 return key
+        elif isinstance(key, int | np.integer) and not isinstance(key, bool):
+            if 0 <= key < len(self.glyph_names):
+                return self.glyph_names[int(key)]
         raise GlyphError(
             f"{self.family_name} has no glyph {key!r}: give a character, a glyph name "
             f"or a glyph id below {len(self.glyph_names)}."
         )
-
-    @cached_property
-    def _shaper(self) -> Shaper:
-        return Shaper(self._ttfont)
 
     def shape(self, string: str) -> list[ShapedGlyph]:
         """The glyphs HarfBuzz sets a string in; see :class:`vfwidget.Text`."""

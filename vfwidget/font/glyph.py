@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -148,6 +149,16 @@ class Glyph:
             return advance * 0, advance * 0
         left, right = x_extent(self.segments(w))
         return left, advance - right
+
+    def without_advance(self) -> Glyph:
+        """The same outline on an advance of zero: a mark, which takes no room in a line."""
+        twin = copy(self)
+        none = self.affine.advance_support[:0]
+        twin.affine = replace(
+            self.affine, advance_base=0.0, advance_deltas=np.zeros(0), advance_support=none
+        )
+        twin._advance_regions = Regions(none)
+        return twin
 
     def _check(self, w: ArrayLike) -> torch.Tensor:
         return check_coordinates(w, self._regions.support.shape[1])

@@ -30,9 +30,11 @@ def read_advance(font: TTFont, name: str, raw: RawOutline) -> tuple[float, Array
     mapping = table.AdvWidthMap.mapping if table.AdvWidthMap else None
     index = font.getGlyphID(name) if mapping is None else mapping.get(name, 0xFFFFFFFF)
     outer, inner = index >> 16, index & 0xFFFF
-    if outer >= len(table.VarStore.VarData):
+    subtables = table.VarStore.VarData
+    # An index that leads nowhere means that the advance does not vary.
+    if outer >= len(subtables) or inner >= len(subtables[outer].Item):
         return default, np.zeros(0), np.zeros((0, len(tags), 3))
-    data = table.VarStore.VarData[outer]
+    data = subtables[outer]
     regions = [table.VarStore.VarRegionList.Region[i] for i in data.VarRegionIndex]
     support = np.zeros((len(regions), len(tags), 3))
     for j, region in enumerate(regions):

@@ -6,10 +6,10 @@ import io
 import os
 import struct
 import urllib.request
+from http.client import HTTPException
 from importlib import resources
 from pathlib import Path
 from typing import TypeAlias
-from urllib.error import URLError
 
 from fontTools.ttLib import TTFont
 
@@ -55,7 +55,7 @@ def open_font(source: FontSource) -> TTFont:
         return source
     data = bytes(source) if isinstance(source, bytes | bytearray | memoryview) else _read(source)
     if len(data) > MAX_FILE_BYTES:
-        raise FontError(f"The font file has {len(data)} bytes; the limit is {MAX_FILE_BYTES}.")
+        raise FontError(f"The font file is larger than the limit of {MAX_FILE_BYTES} bytes.")
     if data[:4] == b"wOF2" and len(data) >= 20:
         (unpacked,) = struct.unpack(">I", data[16:20])
         if unpacked > MAX_UNPACKED_BYTES:
@@ -71,24 +71,29 @@ def open_font(source: FontSource) -> TTFont:
 
 
 def _read(source: str | os.PathLike[str]) -> bytes:
-    name = os.fspath(source)
-    if not isinstance(name, str):
-        raise FontError(f"Cannot load a font from {type(source).__name__}.")
+    try:
+        name = os.fsdecode(source)
+    except TypeError:
+        raise FontError(
+            "A font is loaded from a bundled name, a path, a URL, bytes or a fontTools TTFont; "
+            f"not from {type(source).__name__}."
+        ) from None
     if name in bundled_fonts():
         return (resources.files("vfwidget") / "fonts" / f"{name}.woff2").read_bytes()
     if name.startswith(("http://", "https://")):
         try:
             with urllib.request.urlopen(name, timeout=URL_TIMEOUT_SECONDS) as response:
                 return bytes(response.read(MAX_FILE_BYTES + 1))
-        except (URLError, OSError, ValueError) as error:
+        except (OSError, ValueError, HTTPException) as error:
             raise FontError(f"Could not download {name} ({_reason(error)}).") from error
-    path = Path(name).expanduser()
     try:
-        # The size is asked first, so that a huge file is refused unread.
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise FontError(f"{path} is larger than the limit of {MAX_FILE_BYTES} bytes.")
-        return path.read_bytes()
-    except (OSError, ValueError) as error:
+        path = Path(name).expanduser()
+        # A pipe or a device could go on for ever.
+        if not path.is_file():
+            raise FileNotFoundError(name)
+        with path.open("rb") as file:
+            return file.read(MAX_FILE_BYTES + 1)
+    except (OSError, ValueError, RuntimeError) as error:
         raise FontError(
             f"No bundled font and no readable file is called {name!r}. "
             f"Bundled fonts: {', '.join(bundled_fonts()) or 'none'}."

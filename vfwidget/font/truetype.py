@@ -10,7 +10,9 @@ OpenType, "glyf" (composite glyph description, phantom points) and "gvar" (infer
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -21,9 +23,12 @@ from fontTools.varLib.iup import iup_delta
 from ..arrays import Array, BoolArray, IntArray
 from ..errors import FontError
 from ..variation import merge_regions, selection
+from .axes import axis_keys
 
 PHANTOMS = 4
 MAX_COMPONENT_DEPTH = 16
+MAX_COMPONENTS = 1024
+"""Of one glyph, nested ones counted each time; a few bytes could ask for billions."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,9 @@ class RawOutline:
     ends: tuple[int, ...]
 
 
-def read_outline(font: TTFont, name: str, depth: int = 0) -> RawOutline:
+def read_outline(
+    font: TTFont, name: str, depth: int = 0, counter: Iterator[int] | None = None
+) -> RawOutline:
     """Unpack one glyph, its components included.
 
     Raises
@@ -54,11 +61,12 @@ def read_outline(font: TTFont, name: str, depth: int = 0) -> RawOutline:
     FontError
         Components nest without end, or are anchored to a point that is not there.
     """
-    if depth > MAX_COMPONENT_DEPTH:
-        raise FontError(f"The components of glyph {name!r} nest too deeply.")
+    counter = counter or count()
+    if depth > MAX_COMPONENT_DEPTH or next(counter) > MAX_COMPONENTS:
+        raise FontError(f"The components of glyph {name!r} nest too deeply or are too many.")
     glyph = font["glyf"][name]
     if glyph.isComposite():
-        return _read_composite(font, name, depth)
+        return _read_composite(font, name, depth, counter)
     if glyph.numberOfContours > 0:
         coordinates, ends, flags = glyph.getCoordinates(font["glyf"])
         points = np.array(coordinates, dtype=np.float64)
@@ -80,12 +88,12 @@ def _phantom_points(font: TTFont, name: str) -> Array:
 
 def _read_deltas(font: TTFont, name: str, default: Array, ends: list[int]) -> tuple[Array, Array]:
     """The delta sets of one glyph, (m, k, 2), left-out deltas inferred, and their support."""
-    tags = [axis.axisTag for axis in font["fvar"].axes]
+    keys = axis_keys(font)
     variations = font["gvar"].variations.get(name, []) if "gvar" in font else []
     deltas = np.zeros((len(variations), *default.shape))
-    support = np.zeros((len(variations), len(tags), 3))
+    support = np.zeros((len(variations), len(keys), 3))
     for j, variation in enumerate(variations):
-        support[j] = [variation.axes.get(tag, (0, 0, 0)) for tag in tags]
+        support[j] = [variation.axes.get(key, (0, 0, 0)) for key in keys]
         if None in variation.coordinates:
             # Each phantom point counts as a contour of its own: nothing is inferred for it.
             deltas[j] = iup_delta(variation.coordinates, default.tolist(), ends)
@@ -94,14 +102,14 @@ def _read_deltas(font: TTFont, name: str, default: Array, ends: list[int]) -> tu
     return deltas, support
 
 
-def _read_composite(font: TTFont, name: str, depth: int) -> RawOutline:
+def _read_composite(font: TTFont, name: str, depth: int, counter: Iterator[int]) -> RawOutline:
     """Place each component; a composite's own deltas move the components' offsets."""
     components = font["glyf"][name].components
     # In gvar a composite has one "point" for each component, its offset, then the phantoms.
     offsets = [[getattr(c, "x", 0), getattr(c, "y", 0)] for c in components]
     default = np.concatenate([np.reshape(offsets, (-1, 2)), _phantom_points(font, name)])
     deltas, own_support = _read_deltas(font, name, default, list(range(len(components))))
-    children = [read_outline(font, c.glyphName, depth + 1) for c in components]
+    children = [read_outline(font, c.glyphName, depth + 1, counter) for c in components]
     support, indices = merge_regions([own_support, *(child.support for child in children)])
 
     def spread(default_and_deltas: Array, where: IntArray) -> Array:
@@ -159,29 +167,29 @@ def to_cubics(raw: RawOutline) -> tuple[Array, tuple[int, ...]]:
     for end in raw.ends:
         on_curve = raw.on_curve[start : end + 1]
         if len(on_curve) > 1:
-            matrix = _cubic_matrix(on_curve)
-            layers.append(matrix @ raw.points[:, start : end + 1])
-            contours.append(len(matrix) // 3)
+            points = np.moveaxis(raw.points[:, start : end + 1], 0, 1)
+            cubics = _cubics(points, on_curve)
+            layers.append(np.moveaxis(cubics, 0, 1))
+            contours.append(len(cubics) // 3)
         start = end + 1
     if not layers:
         return np.zeros((len(raw.points), 0, 2)), ()
     return np.concatenate(layers, axis=1), tuple(contours)
 
 
-def _cubic_matrix(on_curve: BoolArray) -> Array:
-    """The (3 s, k) matrix from a quadratic contour's k points to its cubic control points."""
-    k = len(on_curve)
-    unit = np.eye(k)
+def _cubics(points: Array, on_curve: BoolArray) -> Array:
+    """A quadratic contour's k points, (k, 1 + m, 2), as cubic control points, (3 s, 1 + m, 2)."""
+    k = len(points)
     # The contour starts on its first point, else on its last, else midway between them.
     if on_curve[0]:
         order = range(1, k + 1)
-        start = unit[0]
+        start = points[0]
     elif on_curve[-1]:
         order = range(k)
-        start = unit[-1]
+        start = points[-1]
     else:
         order = range(k + 1)
-        start = (unit[0] + unit[-1]) / 2
+        start = (points[0] + points[-1]) / 2
     rows: list[Array] = []
     here, control = start, None
 
@@ -195,7 +203,7 @@ def _cubic_matrix(on_curve: BoolArray) -> Array:
 
     last = len(order) - 1
     for step, index in enumerate(order):
-        point = start if step == last else unit[index % k]
+        point = start if step == last else points[index % k]
         if step == last or on_curve[index % k]:
             segment(point)
             here, control = point, None
