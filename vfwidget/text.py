@@ -65,7 +65,8 @@ class Text:
         shared: bool = True,
     ) -> None:
         self.word = Word(load_font(font), string, bool(shared))
-        self._theta = self._read_axes(axes if axes is not None else {})
+        self._axes: list[dict[str, float]] | None
+        self._theta, self._axes = self._read_axes(axes if axes is not None else {})
         self._outline: PointSet | None = None
 
     @property
@@ -99,7 +100,9 @@ class Text:
     @property
     def axes(self) -> Any:
         """User coordinates by tag: a dict when shared, a list of one dict per letter otherwise."""
-        values = [self.font.denormalize(row) for row in self._theta]
+        if self._axes is None:
+            self._axes = [self.font.denormalize(row) for row in self._theta]
+        values = [dict(row) for row in self._axes]
         return values[0] if self.shared else values
 
     def at(
@@ -125,9 +128,10 @@ class Text:
             raise AxisError("Give either axes= or theta=.")
         moved = object.__new__(Text)
         moved.word, moved._outline = self.word, self._outline
-        moved._theta = (
-            self._read_axes(axes) if axes is not None else to_array(self._check(theta)).copy()
-        )
+        if axes is not None:
+            moved._theta, moved._axes = self._read_axes(axes)
+        else:
+            moved._theta, moved._axes = to_array(self._check(theta)).copy(), None
         return moved
 
     def points(self, theta: ArrayLike | None = None) -> torch.Tensor:
@@ -252,9 +256,20 @@ class Text:
             )
         return theta
 
-    def _read_axes(self, axes: AxisValues | Sequence[AxisValues]) -> Array:
+    def _read_axes(
+        self, axes: AxisValues | Sequence[AxisValues]
+    ) -> tuple[Array, list[dict[str, float]]]:
+        """Θ, and the user values it came from, which normalizing and back would only round."""
         count = self.word.parameters
         rows = [axes] * count if isinstance(axes, Mapping) else axes
         if isinstance(rows, str) or not isinstance(rows, Sequence) or len(rows) != count:
             raise AxisError(f"Axis values are one mapping, or {count} for this text; not {axes!r}.")
-        return np.stack([to_array(self.font.normalize(row)) for row in rows])
+        theta = np.stack([to_array(self.font.normalize(row)) for row in rows])
+        return theta, [self._complete(row) for row in rows]
+
+    def _complete(self, row: AxisValues) -> dict[str, float]:
+        values = {}
+        for axis in self.font.axes:
+            value = float(row.get(axis.tag, axis.default))
+            values[axis.tag] = min(max(value, axis.minimum), axis.maximum)
+        return values

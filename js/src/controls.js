@@ -1,5 +1,6 @@
 /** The panel under the word: a row for each axis, the letters, and what acts on all of them. */
 import { html, svg } from "./dom.js";
+import { alike } from "./word.js";
 
 /**
  * @typedef {import("./word.js").Axis} Axis
@@ -34,7 +35,7 @@ class Row {
     const limits = { min: minimum, max: maximum, step: "any", "data-tag": tag, "data-lm-suppress-shortcuts": "true" };
     const set = (/** @type {number} */ value) => {
       if (!Number.isFinite(value)) return;
-      this.value = Math.min(maximum, Math.max(minimum, value));
+      this.show(Math.min(maximum, Math.max(minimum, value)));
       actions.set({ [tag]: this.value });
     };
     // Browsers disagree on what an arrow key does to a slider without steps.
@@ -49,10 +50,11 @@ class Row {
     this.range = html("input", {
       ...limits, type: "range", id, onkeydown,
       oninput: () => set(this.range.valueAsNumber),
-      onpointerdown: () => (this.pressed = true),
-      onpointerup: () => (this.pressed = false),
-      onpointercancel: () => (this.pressed = false),
-      onchange: () => (this.pressed = false),
+      onpointerdown: () => {
+        this.pressed = true;
+        // The release may happen anywhere.
+        for (const type of ["pointerup", "pointercancel"]) addEventListener(type, () => (this.pressed = false), { once: true });
+      },
     });
     this.pressed = false;
     this.number = html("input", {
@@ -79,7 +81,7 @@ class Row {
       svg("path", { d: "M3.2 6.2A5.2 5.2 0 1 1 2.9 9.6M3 2.6v3.8h3.8" })));
     this.element = html("div", { class: "vfw-axis" },
       html("label", { for: id, title: `${name} (${tag}): ${format(axis, minimum)} to ${format(axis, maximum)}` },
-        html("span", { class: "vfw-name" }, name), html("code", {}, tag)),
+        html("span", { class: "vfw-name" }, name), " ", html("code", {}, tag)),
       this.range, this.number, this.reset);
     this.range.style.setProperty("--vfw-default", String(this.part(axis.default)));
     this.show(axis.default);
@@ -128,19 +130,25 @@ export class Controls {
 
   /** @param {import("./word.js").Word} word */
   setWord(word) {
-    this.rows = word.axes.map((axis, i) => new Row(axis, this.actions, `${this.id}-${i}`));
-    const [hidden, open] = [true, false].map((h) => this.rows.filter((r) => r.axis.hidden === h).map((r) => r.element));
-    this.axes.replaceChildren(html("div", { class: "vfw-rows" }, ...open));
-    if (hidden.length > 0) {
-      this.axes.append(html("details", { class: "vfw-hidden" },
-        html("summary", {}, `Hidden axes (${hidden.length})`), html("div", { class: "vfw-rows" }, ...hidden)));
-    }
+    // Rows stay where they can, and with them the focus and what is unfolded.
+    if (!alike(word.axes, this.rows.map((row) => row.axis))) this.setAxes(word.axes);
     const characters = [...word.string];
     const names = word.order.map((g, i) => (characters.length === word.order.length ? characters[i] : word.glyphs[g].name));
     this.letters.replaceChildren(...names.map((name, i) => html("button", {
       type: "button", class: "vfw-chip", title: word.glyphs[word.order[i]].name,
       "aria-label": `Letter ${i + 1}, ${name}`, onclick: () => this.actions.select(i),
     }, name)));
+  }
+
+  /** @private @param {Axis[]} axes */
+  setAxes(axes) {
+    this.rows = axes.map((axis, i) => new Row(axis, this.actions, `${this.id}-${i}`));
+    const [hidden, open] = [true, false].map((h) => this.rows.filter((r) => r.axis.hidden === h).map((r) => r.element));
+    this.axes.replaceChildren(html("div", { class: "vfw-rows" }, ...open));
+    if (hidden.length > 0) {
+      this.axes.append(html("details", { class: "vfw-hidden" },
+        html("summary", {}, `Hidden axes (${hidden.length})`), html("div", { class: "vfw-rows" }, ...hidden)));
+    }
   }
 
   /** Is a slider held down? */

@@ -48,6 +48,8 @@ export class Drawing {
     /** @type {Box} */
     this.window = { x: 0, y: -1000, width: 1000, height: 1000 };
     this.animation = 0;
+    /** Called while the window moves. @type {() => void} */
+    this.onmove = () => {};
   }
 
   /** @param {import("./word.js").Word} word @param {any} axes user values, as Layout.evaluate takes them */
@@ -107,7 +109,7 @@ export class Drawing {
       const mix = (/** @type {keyof Box} */ key) => from[key] + ease * (to[key] - from[key]);
       this.show({ x: mix("x"), y: mix("y"), width: mix("width"), height: mix("height") });
       this.animation = part < 1 ? requestAnimationFrame(step) : 0;
-      this.onmove?.();
+      this.onmove();
     };
     this.animation = requestAnimationFrame(step);
   }
@@ -118,23 +120,20 @@ export class Drawing {
     this.animation = 0;
   }
 
-  /** Called while the window moves. @type {(() => void) | undefined} */
-  onmove;
-
-  /** Word coordinates of a place on the page. @param {number} x @param {number} y @returns {[number, number]} */
+  /** Word coordinates of a place on the page; NaN while the picture is not shown. @param {number} x @param {number} y */
   toFont(x, y) {
     const matrix = this.svg.getScreenCTM();
-    if (!matrix?.a) return [NaN, NaN];
+    if (!matrix?.a) return { x: NaN, y: NaN };
     const point = new DOMPoint(x, y).matrixTransform(matrix.inverse());
-    return [point.x, -point.y];
+    return { x: point.x, y: -point.y };
   }
 
-  /** The place on the page of word coordinates. @param {number} x @param {number} y @returns {[number, number]} */
+  /** The place on the page of word coordinates. @param {number} x @param {number} y */
   toClient(x, y) {
     const matrix = this.svg.getScreenCTM();
-    if (!matrix?.a) return [NaN, NaN];
+    if (!matrix?.a) return { x: NaN, y: NaN };
     const point = new DOMPoint(x, -y).matrixTransform(matrix);
-    return [point.x, point.y];
+    return { x: point.x, y: point.y };
   }
 
   /** Font units a pixel takes. */

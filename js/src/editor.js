@@ -12,7 +12,7 @@ const SILENT = "The kernel is not answering.";
 /** What an answer means when it brings no words of its own. @type {Record<string, string>} */
 const MEANING = { converged: "Reached.", unreachable: "The font cannot reach that point.", running: "Solving …" };
 
-/** Milliseconds: stillness before the window moves, and time for traits to catch up with a last answer. */
+/** Milliseconds: stillness before the window moves, and the time that traits get to catch up with the view. */
 const CALM = 500, CATCH_UP = 300;
 
 export class Editor {
@@ -54,7 +54,7 @@ export class Editor {
     }, `vfw-${view}`);
     this.family = html("div", { class: "vfw-family" });
     this.line = html("div", { class: "vfw-status", role: "status", "aria-live": "polite" });
-    this.root = html("div", { class: "vfwidget-editor" },
+    this.root = html("div", { class: "vfwidget vfwidget-editor" },
       html("div", { class: "vfw-stage" }, this.family, this.drawing.svg),
       html("div", { class: "vfw-bar" }, this.line, this.controls.bar), this.controls.element);
     for (const [name, value] of Object.entries({ tabindex: 0, role: "application", "data-lm-suppress-shortcuts": "true" })) {
@@ -108,6 +108,11 @@ export class Editor {
     return this.gestures.grab !== null || this.channel.busy;
   }
 
+  /** Does the view know better than the traits? */
+  get ahead() {
+    return this.dragging || this.catchUp !== 0;
+  }
+
   /** @private */
   render() {
     this.guard(this.update)();
@@ -117,16 +122,16 @@ export class Editor {
   /** @private */
   update() {
     const { session, drawing, gestures, controls } = this;
-    if (session.pull(this.dragging)) {
+    const fresh = session.pull(this.ahead), { word } = session;
+    if (word === null) return;
+    if (fresh) {
       gestures.forget();
-      drawing.setWord(session.word, session.axes);
-      controls.setWord(session.word);
-      this.family.textContent = session.word.family;
-      drawing.svg.setAttribute("aria-label", `${session.word.string} in ${session.word.family}. ${HINT} ` +
+      drawing.setWord(word, session.axes);
+      controls.setWord(word);
+      this.family.textContent = word.family;
+      drawing.svg.setAttribute("aria-label", `${word.string} in ${word.family}. ${HINT} ` +
         "Page Down chooses a point, arrow keys move it, Enter pins it.");
     }
-    const { word } = session;
-    if (word === null) return;
     if (this.drawn !== session.version) {
       this.drawn = session.version;
       drawing.draw(session.axes);
@@ -139,13 +144,14 @@ export class Editor {
     }
     gestures.refresh();
     this.mark();
-    if (!this.channel.busy) session.flush();
+    if (!this.channel.busy && session.flush()) this.settle();
   }
 
   /** @private */
   mark() {
     const { session, drawing, gestures } = this, { layout } = drawing;
-    const { handle, mode } = gestures.shown, grab = gestures.grab;
+    const { handle, mode } = gestures.shown, { grab } = gestures;
+    if (layout === null) return;
     const pins = session.pins.flatMap((pin, index) => (layout.has(pin)
       ? [{ at: layout.position(pin), index, hot: gestures.hover?.pin === index }] : []));
     if (pins.length < session.pins.length) session.problems.set("_pins", "A pin is not on this word.");
@@ -193,7 +199,7 @@ export class Editor {
       return this.say("error", String(answer.error || "The kernel could not follow."));
     }
     try {
-      this.session.take(answer.axes);
+      if (!this.session.take(answer.axes)) return this.say("idle", "");
     } catch (error) {
       this.session.expire("axes");
       return this.say("error", `The kernel's answer is malformed: ${/** @type {Error} */ (error).message}`);
@@ -212,11 +218,22 @@ export class Editor {
     this.say("silent", error ? `${SILENT} ${/** @type {Error} */ (error).message ?? error}` : SILENT);
   }
 
-  /** Nothing is asked any more: what waited is written, and the traits have the last word. @private */
+  /** Nothing is asked any more: what waited can be written. @private */
   idle() {
-    clearTimeout(this.catchUp);
-    this.catchUp = setTimeout(() => this.session.expire("axes"), CATCH_UP);
+    this.settle();
     this.request();
+  }
+
+  /**
+   * Gives the traits the last word, once they had time to catch up: until then they may still say
+   * what was true a few messages ago. @private
+   */
+  settle() {
+    clearTimeout(this.catchUp);
+    this.catchUp = setTimeout(() => {
+      this.catchUp = 0;
+      this.session.expire("axes");
+    }, CATCH_UP);
   }
 
   /** Fits the window once nothing has moved for a while. @private */

@@ -59,7 +59,7 @@ export class Gestures {
   /** The outline point or pin at a place on the page. @param {number} x @param {number} y @param {number} reach */
   pick(x, y, reach = REACH) {
     const { layout, pixel } = this.drawing;
-    const [fx, fy] = this.drawing.toFont(x, y);
+    const { x: fx, y: fy } = this.drawing.toFont(x, y);
     if (layout === null || !Number.isFinite(fx)) return null;
     let pin = -1, distance = PIN_REACH * pixel;
     this.session.pins.forEach((handle, i) => {
@@ -88,18 +88,20 @@ export class Gestures {
 
   /** @param {PointerEvent} event */
   press(event) {
-    if (!event.isPrimary || event.button !== 0) return;
+    const { layout } = this.drawing;
+    if (!event.isPrimary || event.button !== 0 || layout === null) return;
     this.finishKeys();
     this.lose({ pointerId: this.grab?.id });
     this.drawing.hold();
     const at = [event.clientX, event.clientY];
     const touch = event.pointerType === "touch";
     const found = this.pick(at[0], at[1], touch ? TOUCH : REACH);
-    const [x, y] = this.drawing.toFont(at[0], at[1]);
-    const letter = found ? found.handle[0] : this.letterAt(x);
+    const { x, y } = this.drawing.toFont(at[0], at[1]);
+    const letter = found ? found.handle[0]
+      : layout.word.order.findIndex((_, i) => x >= layout.x[i] && x < layout.x[i] + layout.advance[i]);
     if (letter >= 0) this.session.select(letter);
     if (found === null) return;
-    const origin = this.drawing.layout.position(found.handle);
+    const origin = layout.position(found.handle);
     this.grab = {
       handle: found.handle, by: "pointer", id: event.pointerId, start: [at[0], at[1]],
       offset: [origin[0] - x, origin[1] - y], origin, target: origin, before: this.session.axes,
@@ -109,12 +111,6 @@ export class Gestures {
     this.drawing.svg.setPointerCapture(event.pointerId);
   }
 
-  /** @param {number} x @returns {number} the letter whose advance x lies in, or −1 */
-  letterAt(x) {
-    const { layout } = this.drawing;
-    return layout ? layout.word.order.findIndex((_, i) => x >= layout.x[i] && x < layout.x[i] + layout.advance[i]) : -1;
-  }
-
   /** @param {PointerEvent} event */
   move(event) {
     const { grab } = this;
@@ -122,7 +118,7 @@ export class Gestures {
     if (grab?.by !== "pointer" || grab.id !== event.pointerId) return;
     const away = Math.hypot(event.clientX - grab.start[0], event.clientY - grab.start[1]);
     if (!grab.open && away < CLICK) return;
-    const [x, y] = this.drawing.toFont(event.clientX, event.clientY);
+    const { x, y } = this.drawing.toFont(event.clientX, event.clientY);
     if (!Number.isFinite(x)) return;
     this.open(grab);
     grab.target = [x + grab.offset[0], y + grab.offset[1]];
@@ -180,11 +176,12 @@ export class Gestures {
 
   /** @param {number} dx pixels @param {number} dy pixels, up */
   nudge(dx, dy) {
-    if (this.grab?.by === "pointer") return;
+    const { layout } = this.drawing;
+    if (this.grab?.by === "pointer" || layout === null) return;
     if (this.last === null) this.step(1);
     if (this.last === null) return;
     if (this.grab === null) {
-      const origin = this.drawing.layout.position(this.last);
+      const origin = layout.position(this.last);
       this.grab = {
         handle: this.last, by: "keys", id: -1, start: [0, 0], offset: [0, 0], origin, target: origin,
         before: this.session.axes, open: false, stuck: false,
@@ -205,8 +202,8 @@ export class Gestures {
 
   /** The keys' handle goes to the next or the previous start of a segment. @param {number} by */
   step(by) {
-    if (this.grab) return;
-    const { word } = this.drawing.layout;
+    const word = this.drawing.layout?.word;
+    if (this.grab || !word) return;
     /** @type {Handle[]} */
     const starts = word.order.flatMap((g, letter) => word.glyphs[g].contours.flatMap((segments, contour) =>
       Array.from({ length: segments }, (_, segment) => /** @type {Handle} */ ([letter, contour, segment, 0]))));

@@ -2,7 +2,7 @@
  * What the view shows of a model, and how the two stay in step. The model's traits are the truth;
  * the view runs ahead of it while a drag is being answered and while a write of its own waits.
  */
-import { complete, conform, decodeWord } from "./word.js";
+import { alike, complete, conform, decodeWord } from "./word.js";
 
 /**
  * @typedef {import("./forward.js").Handle} Handle
@@ -42,20 +42,26 @@ export class Session {
   }
 
   /**
-   * Reads what changed. Axes are left alone during a drag: its answers bring them.
-   * @param {boolean} dragging
+   * Reads what changed. Axes are left alone while the view is ahead of the model: in a drag, whose
+   * answers bring them, and for a while after a change of its own.
+   * @param {boolean} ahead
    * @returns {boolean} whether there is another word
    */
-  pull(dragging) {
-    const fresh = this.read("_word", () => {
-      this.word = decodeWord(this.model.get("_word"));
-      this.selected = Math.min(this.selected, Math.max(0, this.word.order.length - 1));
+  pull(ahead) {
+    let fresh = false;
+    this.read("_word", () => {
+      const word = decodeWord(this.model.get("_word"));
+      // Python may send a word again without a change: what is under way on it goes on.
+      if (alike(word, this.word)) return;
+      fresh = true;
+      this.word = word;
+      this.selected = Math.min(this.selected, Math.max(0, word.order.length - 1));
       for (const trait of /** @type {const} */ (["axes", "shared", "_pins"])) this.stale.add(trait);
       // What is said of the old word means nothing on the new one.
       this.waiting = {};
-      this.axes = conform(this.word, {}, this.shared, this.selected);
+      this.axes = conform(word, {}, this.shared, this.selected);
     });
-    if (this.word !== null && (fresh || (!dragging && !("axes" in this.waiting)))) {
+    if (this.word !== null && (fresh || (!ahead && !("axes" in this.waiting)))) {
       if (this.stale.delete("shared")) this.stale.add("axes");
       this.read("axes", () => {
         const shared = this.model.get("shared") !== false;
@@ -76,28 +82,28 @@ export class Session {
 
   /** @private @param {Trait} trait @param {() => void} take */
   read(trait, take) {
-    if (!this.stale.delete(trait)) return false;
+    if (!this.stale.delete(trait)) return;
     this.version++;
     try {
       take();
       this.problems.delete(trait);
-      return true;
     } catch (error) {
       this.problems.set(trait, `${trait}: ${/** @type {Error} */ (error).message}`);
-      return false;
     }
   }
 
   /**
    * Takes the axes of a drag's answer, which are newer than what the trait has said so far.
    * @param {any} axes
+   * @returns {boolean} false when the view has changed the axes since, and so does not want these
    */
   take(axes) {
-    if ("axes" in this.waiting || this.word === null) return;
+    if ("axes" in this.waiting || this.word === null) return false;
     if (axes === null || typeof axes !== "object") throw new Error("the answer has no axes");
     this.axes = conform(this.word, axes, this.shared, this.selected);
     this.stale.delete("axes");
     this.version++;
+    return true;
   }
 
   /** Shows a change at once and keeps it for `flush`. @param {{axes?: any, shared?: boolean, _pins?: Handle[]}} patch */
@@ -110,13 +116,14 @@ export class Session {
     this.changed();
   }
 
-  /** Gives the model what waits, all in one save. */
+  /** Gives the model what waits, all in one save. @returns {boolean} whether there was anything */
   flush() {
     const patch = Object.entries(this.waiting);
-    if (patch.length === 0) return;
+    if (patch.length === 0) return false;
     this.waiting = {};
     for (const [trait, value] of patch) this.model.set(trait, value);
     this.model.save_changes();
+    return true;
   }
 
   /** The values that the sliders act on. @returns {Values} */

@@ -123,6 +123,18 @@ export function decodeWord(raw) {
   };
 }
 
+/** Do two decoded words, or parts of them, say the same? @param {any} a @param {any} b @returns {boolean} */
+export function alike(a, b) {
+  if (a === b) return true;
+  if (a === null || b === null || typeof a !== "object" || typeof b !== "object") return false;
+  if (typeof a.length === "number") {
+    if (a.length !== b.length) return false;
+    for (let i = 0; i < a.length; i++) if (!alike(a[i], b[i])) return false;
+    return true;
+  }
+  return Object.keys({ ...a, ...b }).every((key) => alike(a[key], b[key]));
+}
+
 /**
  * Axis values in the shape the `shared` trait asks for, every axis present: values Python and the
  * view may be a message apart, so either shape is read.

@@ -34,7 +34,7 @@ class Screen:
     def client(self, point: list[float]) -> tuple[float, float]:
         """Font units to screen pixels."""
         x, y = self.root.evaluate(
-            "(root, p) => { const c = root.__vfw.toClient(...p); return [c.x ?? c[0], c.y ?? c[1]] }",
+            "(root, p) => { const c = root.__vfw.toClient(...p); return [c.x, c.y] }",
             point,
         )
         return x, y
