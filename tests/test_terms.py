@@ -47,12 +47,12 @@ def terms_of(text: vf.Text) -> list[vf.Term]:
 @pytest.mark.parametrize("index", range(15))
 def test_the_jacobian_against_central_differences(text: vf.Text, index: int) -> None:
     energy = Energy(text, [terms_of(text)[index]])
-    theta = text.theta.numpy()
-    jacobian = energy.jacobian(theta)
-    assert jacobian.shape == (len(energy.residual(theta)), theta.size)
+    theta = text.theta.numpy()[None]
+    jacobian = energy.jacobian(theta)[0]
+    assert jacobian.shape == (len(energy.residual(theta)[0]), theta.size)
     for i in range(theta.size):
         step = (np.arange(theta.size) == i).reshape(theta.shape) * 1e-6
-        central = (energy.residual(theta + step) - energy.residual(theta - step)) / 2e-6
+        central = (energy.residual(theta + step)[0] - energy.residual(theta - step)[0]) / 2e-6
         assert jacobian[:, i] == pytest.approx(central, rel=1e-5, abs=1e-3)
 
 

@@ -34,6 +34,8 @@ def is_tensor(value: Any) -> bool:
 
 def namespace(value: Any) -> ModuleType:
     """The module whose functions work on ``value``: ``torch`` for a tensor, else ``numpy``."""
+    if type(value) is np.ndarray:
+        return np
     return sys.modules["torch"] if is_tensor(value) else np
 
 
@@ -55,8 +57,11 @@ def to_array(value: Any) -> Array:
 
 def like(value: Any, reference: Any) -> Any:
     """``value`` as an array of the kind, dtype and device of ``reference``."""
+    # Arrays among arrays are the hot path of a drag.
+    if type(reference) is np.ndarray and type(value) is np.ndarray:
+        return value
     if not is_tensor(reference):
-        return value if type(value) is np.ndarray else to_array(value)
+        return to_array(value)
     import torch
 
     return torch.as_tensor(value, dtype=reference.dtype, device=reference.device)

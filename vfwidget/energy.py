@@ -117,16 +117,25 @@ class Energy:
         self._slices = [slice(end - len(s.letter), end) for end, s in zip(ends, sets, strict=True)]
 
     def residual(self, theta: Array) -> Array:
-        """All residuals (r,) at Θ (parameters, n)."""
+        """All residuals (B, r) at B places Θ (B, parameters, n)."""
         points = self._text.positions(self._points, theta)
-        return np.concatenate(
-            [t.residual(points[s], theta) for t, s in zip(self._terms, self._slices, strict=True)]
+        return np.stack(
+            [np.concatenate(self._residuals(p, t)) for p, t in zip(points, theta, strict=True)]
         )
 
+    def _residuals(self, points: Array, theta: Array) -> list[Array]:
+        return [
+            t.residual(points[s], theta) for t, s in zip(self._terms, self._slices, strict=True)
+        ]
+
     def jacobian(self, theta: Array) -> Array:
-        """Derivative of the residuals by the flattened Θ, (r, parameters · n)."""
+        """Derivative of the residuals by the flattened Θ, (B, r, parameters · n)."""
         points, moves = self._text.positions_and_jacobian(self._points, theta)
-        moves = moves.reshape(len(points), 2, theta.size)
+        moves = moves.reshape(*points.shape, theta[0].size)
+        return np.stack([self._chain(*place) for place in zip(points, moves, theta, strict=True)])
+
+    def _chain(self, points: Array, moves: Array, theta: Array) -> Array:
+        """The chain rule at one place: what a term's points do to it, times what Θ does to them."""
         blocks = []
         for term, s in zip(self._terms, self._slices, strict=True):
             by = term.derivative(points[s], theta)
@@ -139,11 +148,12 @@ class Energy:
         return np.concatenate(blocks)
 
     def accounts(self, theta: Array) -> list[Account]:
-        """What each term comes to at Θ."""
+        """What each term comes to at one place Θ (parameters, n)."""
         points = self._text.positions(self._points, theta)
         accounts = []
-        for term, s in zip(self._terms, self._slices, strict=True):
-            residual = term.residual(points[s], theta)
+        for term, s, residual in zip(
+            self._terms, self._slices, self._residuals(points, theta), strict=True
+        ):
             cost = float(residual @ residual)
             accounts.append(Account(term.label(), term.miss(points[s]), cost))
         return accounts

@@ -152,17 +152,15 @@ def solve(
     """
     energy = Energy(text, terms)
     start = to_array(text.theta)
+    size = start.size
     lower, upper = (np.tile(bound, len(start)) for bound in text.font.bounds)
 
-    def missed(result: Result) -> float:
-        accounts = energy.accounts(result.x.reshape(start.shape))
-        return max(account.miss or 0.0 for account in accounts)
-
-    def run(x0: Array) -> tuple[Result, float]:
-        result = least_squares(
-            lambda x: energy.residual(x.reshape(start.shape)),
-            x0,
-            lambda x: energy.jacobian(x.reshape(start.shape)),
+    def run(starts: Array) -> Result:
+        """From many places at once: (B, parameters · n)."""
+        return least_squares(
+            lambda x: energy.residual(x.reshape(-1, *start.shape)),
+            starts,
+            lambda x: energy.jacobian(x.reshape(-1, *start.shape)),
             (lower, upper),
             kinks=list(text.breakpoints) * len(start),
             scale="none",
@@ -171,46 +169,57 @@ def solve(
             gain_tolerance=GAIN,
             zero=ZERO_COST,
         )
-        return result, missed(result)
 
-    result, miss = run(start.ravel())
-    # The same places at every call, so that a solve can be repeated.
-    places = np.random.default_rng(0).uniform(lower, upper, (restarts, start.size))
-    for place in places:
-        if miss <= MET:
-            break
-        other, other_miss = run(place)
-        if other.cost < result.cost and other_miss < miss - MET:
-            result, miss = other, other_miss
+    def missed(x: Array) -> float:
+        accounts = energy.accounts(x.reshape(start.shape))
+        return max(account.miss or 0.0 for account in accounts)
 
-    theta = result.x.reshape(start.shape)
+    result, best = run(start.reshape(1, size)), 0
+    miss = missed(result.x[0])
+    if miss > MET and restarts > 0:
+        # The same places at every call, so that a solve can be repeated.
+        others = run(np.random.default_rng(0).uniform(lower, upper, (restarts, size)))
+        index = int(np.argmin(others.cost))
+        other_miss = missed(others.x[index])
+        if others.cost[index] < result.cost[0] and other_miss < miss - MET:
+            result, best, miss = others, index, other_miss
+
+    theta = result.x[best].reshape(start.shape)
     status = "running"
-    if result.converged:
+    if result.converged[best]:
         status = "unreachable" if miss > MET else "converged"
+    active = result.active[best].reshape(start.shape)
+    message = result.status[best] if status == "running" else _explain(text, active, miss)
     return Solution(
         text=text.at(theta=theta),
         start=text,
-        cost=result.cost,
-        iterations=result.iterations,
+        cost=float(result.cost[best]),
+        iterations=int(result.iterations[best]),
         status=status,
-        message=_explain(text, result, status, miss),
+        message=message,
         terms=energy.accounts(theta),
-        active=result.active.reshape(start.shape),
-        history=[Iterate(x.reshape(start.shape), cost) for x, cost in result.history],
+        active=active,
+        history=_history(result, best, start.shape),
     )
 
 
-def _explain(text: Text, result: Result, status: str, miss: float) -> str:
-    if status == "running":
-        return result.status
-    if status == "converged":
+def _history(result: Result, index: int, shape: tuple[int, ...]) -> list[Iterate]:
+    """The steps of one of many solves: those that changed its cost."""
+    steps: list[Iterate] = []
+    for x, cost in result.history:
+        if not steps or cost[index] != steps[-1].cost:
+            steps.append(Iterate(x[index].reshape(shape), float(cost[index])))
+    return steps
+
+
+def _explain(text: Text, active: Array, miss: float) -> str:
+    """In words: met, or how near the axes come and which of them are at their ends."""
+    if miss <= MET:
         return "every goal is met"
     held = []
-    for index in np.flatnonzero(result.active):
-        letter, axis = divmod(int(index), len(text.font.axes))
+    for letter, axis in zip(*np.nonzero(active), strict=True):
         where = "" if text.shared else f" of letter {letter + 1}"
-        end = "maximum" if result.active[index] > 0 else "minimum"
+        end = "maximum" if active[letter, axis] > 0 else "minimum"
         held.append(f"{text.font.axes[axis].tag}{where} at its {end}")
-    return f"the closest the axes come is {miss:.1f} units away" + (
-        f"; {', '.join(held)}" if held else ""
-    )
+    nearest = f"the closest the axes come is {miss:.1f} units away"
+    return f"{nearest}; {', '.join(held)}" if held else nearest

@@ -77,7 +77,7 @@ class PointSet:
 class Word:
     """The part of a text that no axis changes: its glyphs and their merged regions.
 
-    Functions take Θ as (l, n) or, when shared, (1, n), numpy or torch.
+    Functions take Θ as (..., l, n) or, when shared, (..., 1, n), numpy or torch.
 
     Attributes
     ----------
@@ -159,7 +159,7 @@ class Word:
         return PointSet(letter, base + self.offsets[letter], deltas, before.astype(np.float64))
 
     def advances(self, gamma: Any) -> Any:
-        """Advance width of each letter, (l,), from the scaling factors γ (1 or l, M)."""
+        """Advance width of each letter, (..., l), from the scaling factors γ (..., 1 or l, M)."""
         return self._unclipped_advances(gamma).clip(0)
 
     def _unclipped_advances(self, gamma: Any) -> Any:
@@ -167,39 +167,40 @@ class Word:
         return like(self.advance_base, gamma) + varied
 
     def origins(self, theta: Any) -> Any:
-        """The x of each letter's origin, (l,), its constant offset not counted."""
+        """The x of each letter's origin, (..., l), its constant offset not counted."""
         advances = self.advances(self.regions.scalars(theta))
-        return advances.cumsum(0) - advances
+        return advances.cumsum(-1) - advances
 
     def positions(self, points: PointSet, theta: Any) -> Any:
-        """The points at Θ, (p, 2) (Eq. 3)."""
-        xp = namespace(theta)
+        """The points at Θ, (..., p, 2) (Eq. 3)."""
         gamma = self.regions.scalars(theta)
-        own = gamma if self.shared else gamma[points.letter]
-        moved = (like(points.deltas, theta) @ own[..., None])[..., 0]
-        push = like(points.before, theta) @ self.advances(gamma)
-        return like(points.base, theta) + moved + xp.stack([push, xp.zeros_like(push)], -1)
+        return self._place(points, gamma, self._unclipped_advances(gamma))
 
     def positions_and_jacobian(self, points: PointSet, theta: Any) -> tuple[Any, Any]:
-        """The points at Θ, (p, 2), and their derivative, (p, 2, 1 or l, n), in closed form."""
+        """The points at Θ, (..., p, 2), and their derivative, (..., p, 2, 1 or l, n)."""
         xp = namespace(theta)
         gamma, slopes = self.regions.scalars_and_jacobian(theta)
-        deltas, before = like(points.deltas, theta), like(points.before, theta)
         advances = self._unclipped_advances(gamma)
-        own_gamma = gamma if self.shared else gamma[points.letter]
-        push = before @ advances.clip(0)
-        position = like(points.base, theta) + (deltas @ own_gamma[..., None])[..., 0]
-        position = position + xp.stack([push, xp.zeros_like(push)], -1)
-
+        position = self._place(points, gamma, advances)
+        deltas, before = like(points.deltas, theta), like(points.before, theta)
         # An advance that is held at zero has no slope; one that is zero of itself has.
-        rows = like(self.advance_deltas, theta) * (advances >= 0)[:, None]
+        rows = like(self.advance_deltas, theta) * (advances >= 0)[..., None]
         if self.shared:
-            jacobian = deltas @ slopes[0]
-            jacobian[:, 0] += before @ (rows @ slopes[0])
-            return position, jacobian[:, :, None]
-        own = deltas @ slopes[points.letter]
+            jacobian = deltas @ slopes
+            jacobian[..., 0, :] += before @ (rows @ slopes[..., 0, :, :])
+            return position, jacobian[..., None, :]
+        own = deltas @ slopes[..., points.letter, :, :]
+        widths = (rows[..., None, :] @ slopes)[..., 0, :]
         p, l, n = len(points.letter), len(self.glyphs), theta.shape[-1]
-        jacobian = like(np.zeros((p, 2, l, n)), theta)
-        jacobian[:, 0] = before[..., None] * (rows[:, None] @ slopes)[:, 0]
-        jacobian[xp.arange(p), :, points.letter] += own
+        jacobian = like(np.zeros((*position.shape[:-1], 2, l, n)), theta)
+        jacobian[..., 0, :, :] = before[..., None] * widths[..., None, :, :]
+        jacobian[..., xp.arange(p), :, points.letter, :] += xp.moveaxis(own, -3, 0)
         return position, jacobian
+
+    def _place(self, points: PointSet, gamma: Any, advances: Any) -> Any:
+        """Eq. 3: a point in its letter, pushed along by the advances before it."""
+        xp = namespace(gamma)
+        own = gamma if self.shared else gamma[..., points.letter, :]
+        moved = (like(points.deltas, gamma) @ own[..., None])[..., 0]
+        push = (like(points.before, gamma) @ advances.clip(0)[..., None])[..., 0]
+        return like(points.base, gamma) + moved + xp.stack([push, xp.zeros_like(push)], -1)
