@@ -1,0 +1,1 @@
+"""Whole workloads, each timed against a baseline in one run: ``python -m benchmarks``."""
