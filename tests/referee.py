@@ -40,6 +40,18 @@ class HarfBuzz:
         self.font.draw_glyph(glyph_id, self._draw)
         return [np.array(c) if c else np.zeros((0, 4, 2)) for c in self._contours]
 
+    def line(self, string: str) -> tuple[list[int], list[float], float]:
+        """Glyph ids and pens of a string set without kerning, and the advance of the whole."""
+        buffer = hb.Buffer()
+        buffer.add_str(string)
+        buffer.flags = hb.BufferFlags.REMOVE_DEFAULT_IGNORABLES
+        buffer.guess_segment_properties()
+        hb.shape(self.font, buffer, {"kern": False})
+        pens = [0.0]
+        for position in buffer.glyph_positions:
+            pens.append(pens[-1] + position.x_advance)
+        return [info.codepoint for info in buffer.glyph_infos], pens[:-1], pens[-1]
+
     def _move(self, x: float, y: float, _: object) -> None:
         self._here = (x, y)
         self._contours.append([])

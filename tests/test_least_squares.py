@@ -226,19 +226,17 @@ def test_geodesic_acceleration_shortens_the_way_along_a_curved_valley() -> None:
 
 
 def test_the_pieces_can_be_stepped_one_by_one() -> None:
-    from vfwidget.levenberg_marquardt import Problem, init, step, terminate
+    from vfwidget.levenberg_marquardt import Problem, drive, init, step
 
-    everywhere = np.full((1, 2), np.inf)
-    problem = Problem(
-        residual=lambda x: rosenbrock(x[0])[None],
-        jacobian=lambda x: np.array([[[-20 * x[0, 0], 10], [-1, 0]]]),
-        lower=-everywhere,
-        upper=everywhere,
-    )
-    state = init(problem, np.array([[-1.2, 1.0]]))
-    costs = [float(state.cost[0])]
-    while not terminate(problem, state, 100):
-        state = step(problem, state)
-        costs.append(float(state.cost[0]))
+    def jacobian(x):
+        return np.array([[-20 * x[0], 10], [-1, 0]])
+
+    everywhere = np.full(2, np.inf)
+    problem = Problem(-everywhere, everywhere)
+    state = drive(init(problem, np.array([-1.2, 1.0])), rosenbrock, jacobian)
+    costs = [state.cost]
+    while not state.reason:
+        drive(step(problem, state), rosenbrock, jacobian)
+        costs.append(state.cost)
     assert costs == sorted(costs, reverse=True)
-    assert state.x[0] == pytest.approx([1, 1], abs=1e-8)
+    assert state.x == pytest.approx([1, 1], abs=1e-8)

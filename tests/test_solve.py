@@ -32,9 +32,9 @@ def scipy_solve(text: vf.Text, terms: list[vf.Term]) -> float:
     lower, upper = (np.tile(b, shape[0]) for b in text.font.bounds)
     start = np.clip(text.theta.numpy().ravel(), lower + 1e-6, upper - 1e-6)
     found = scipy.optimize.least_squares(
-        lambda x: energy.residual(x.reshape(1, *shape))[0],
+        lambda x: energy.residual(x),
         start,
-        lambda x: energy.jacobian(x.reshape(1, *shape))[0],
+        lambda x: energy.jacobian(x),
         bounds=(lower, upper),
         xtol=1e-12,
         ftol=1e-12,
@@ -173,13 +173,12 @@ def test_jacobian_of_every_term_against_central_differences() -> None:
         vf.Residual(lambda p: p.mean(0)),
     ]
     energy = Energy(text, terms)
-    theta = text.theta.numpy()[None]
-    jacobian = energy.jacobian(theta)[0]
+    theta = text.theta.numpy().ravel()
+    jacobian = energy.jacobian(theta)
     for i in range(theta.size):
         step = np.zeros(theta.size)
         step[i] = 1e-6
-        step = step.reshape(theta.shape)
-        central = (energy.residual(theta + step)[0] - energy.residual(theta - step)[0]) / 2e-6
+        central = (energy.residual(theta + step) - energy.residual(theta - step)) / 2e-6
         assert jacobian[:, i] == pytest.approx(central, rel=1e-5, abs=1e-3)
 
 

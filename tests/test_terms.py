@@ -47,12 +47,12 @@ def terms_of(text: vf.Text) -> list[vf.Term]:
 @pytest.mark.parametrize("index", range(15))
 def test_the_jacobian_against_central_differences(text: vf.Text, index: int) -> None:
     energy = Energy(text, [terms_of(text)[index]])
-    theta = text.theta.numpy()[None]
-    jacobian = energy.jacobian(theta)[0]
-    assert jacobian.shape == (len(energy.residual(theta)[0]), theta.size)
+    theta = text.theta.numpy().ravel()
+    jacobian = energy.jacobian(theta)
+    assert jacobian.shape == (len(energy.residual(theta)), theta.size)
     for i in range(theta.size):
-        step = (np.arange(theta.size) == i).reshape(theta.shape) * 1e-6
-        central = (energy.residual(theta + step)[0] - energy.residual(theta - step)[0]) / 2e-6
+        step = (np.arange(theta.size) == i) * 1e-6
+        central = (energy.residual(theta + step) - energy.residual(theta - step)) / 2e-6
         assert jacobian[:, i] == pytest.approx(central, rel=1e-5, abs=1e-3)
 
 
@@ -134,9 +134,9 @@ def test_area_against_the_polygon_and_towards_a_goal() -> None:
 def test_axis_target_pulls_one_letter_or_all() -> None:
     text = vf.Text("recursive", "no", shared=False)
     one = vf.solve(text, [vf.AxisTarget({"wght": 800}, letter=1)]).axes
-    assert [axes["wght"] for axes in one] == pytest.approx([300, 800])
+    assert [axes["wght"] for axes in one] == pytest.approx([300, 800], abs=0.1)
     both = vf.solve(text, [vf.AxisTarget({"wght": 800})]).axes
-    assert [axes["wght"] for axes in both] == pytest.approx([800, 800])
+    assert [axes["wght"] for axes in both] == pytest.approx([800, 800], abs=0.1)
 
 
 def test_a_report_names_what_is_met_what_is_missed_and_what_holds_it() -> None:

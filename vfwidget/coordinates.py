@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import TYPE_CHECKING
 
 from .arrays import ArrayLike, to_tensor
-from .errors import AxisError, AxisWarning
+from .errors import AxisError, warn_clamped
 
 if TYPE_CHECKING:
     import torch
@@ -41,8 +40,6 @@ def check_coordinates(w: ArrayLike, n: int) -> torch.Tensor:
     if not finite:
         raise AxisError("Normalized coordinates must be finite numbers; got NaN or infinity.")
     if not inside:
-        warnings.warn(
-            "Normalized coordinates outside -1 … 1 were clamped.", AxisWarning, stacklevel=4
-        )
+        warn_clamped("Normalized coordinates outside -1 … 1 were clamped.")
         w = w.clip(-1, 1)
     return w

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -35,24 +36,6 @@ class Derivative:
     theta: Array | None = None
 
 
-@dataclass(frozen=True)
-class Account:
-    """What a term comes to at some place.
-
-    Attributes
-    ----------
-    label : str
-    miss : float or None
-        How far its goal is missed, in font units; None for a term that only leans one way.
-    cost : float
-        Its share of E, in squared font units.
-    """
-
-    label: str
-    miss: float | None
-    cost: float
-
-
 class Term:
     """One sum of squares in the energy; subclass it for new ones.
 
@@ -61,9 +44,12 @@ class Term:
     weight : float
         Multiplies the term's squares.
     handles : tuple of Handle
+    affine : bool
+        Whether the residual is affine in the points and in Θ, and so its derivative constant.
     """
 
     weight: float
+    affine: ClassVar[bool] = False
     handles: tuple[Handle, ...] = ()
 
     def bind(self, text: Text) -> Term:
@@ -74,8 +60,8 @@ class Term:
         SolveError
             A handle of another text, or numbers that are not finite.
         """
-        if not (math.isfinite(self.weight) and self.weight >= 0):
-            raise SolveError(f"A weight is a finite number ≥ 0, not {self.weight!r}.")
+        if not (math.isfinite(self.weight) and self.weight > 0):
+            raise SolveError(f"A weight is a finite number > 0, not {self.weight!r}.")
         for handle in self.handles:
             if not isinstance(handle, Handle) or not text.owns(handle):
                 raise SolveError(f"{handle!r} is not a handle of the text {text.string!r}.")
@@ -98,62 +84,216 @@ class Term:
         """Derivative of :meth:`residual`."""
         raise NotImplementedError
 
-    def miss(self, points: Array) -> float | None:
-        """How far, in font units, the term is from being met; None where it has no such goal."""
+    def miss(self, residual: Array) -> float | None:
+        """How far, in font units, the term is from being met; None where it has no such goal.
+
+        Parameters
+        ----------
+        residual : (r,) array
+            Its own, weight included.
+        """
         return None
 
 
+@dataclass(frozen=True)
+class Account:
+    """What a term comes to at some place.
+
+    Attributes
+    ----------
+    term : Term
+    miss : float or None
+        How far its goal is missed, in font units; None for a term that only leans one way.
+    cost : float
+        Its share of E, in squared font units.
+    """
+
+    term: Term
+    miss: float | None
+    cost: float
+
+
 class Energy:
-    """Terms bound to a text: stacked residuals and their Jacobian by Θ."""
+    """Terms bound to a text: stacked residuals and their Jacobian, as functions of flat Θ.
+
+    The residuals of affine terms are affine in the scaling factors and in Θ, once for all:
+    ``c + Σ_letters G γ(θ_letter) + T Θ``; the other terms are evaluated from their points.
+    """
 
     def __init__(self, text: Text, terms: Sequence[Term]) -> None:
         if not terms or not all(isinstance(term, Term) for term in terms):
             raise SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
         self._text = text
-        self._terms = [term.bind(text) for term in terms]
-        sets = [term.points(text) for term in self._terms]
-        self._points = PointSet.join(sets)
-        ends = np.cumsum([len(points.letter) for points in sets])
-        self._slices = [slice(end - len(s.letter), end) for end, s in zip(ends, sets, strict=True)]
+        self._shape = text.coordinates.shape
+        bound = [term.bind(text) for term in terms]
+        pairs = [(term, term.points(text)) for term in bound]
+        rows = AffineRows(text, [pair for pair in pairs if pair[0].affine])
+        self._rows = rows
+        self._curved = [pair for pair in pairs if not pair[0].affine]
+        self._terms = bound
+        self._latest: tuple[Array, Array] | None = None
 
-    def residual(self, theta: Array) -> Array:
-        """All residuals (B, r) at B places Θ (B, parameters, n)."""
-        points = self._text.positions(self._points, theta)
-        return np.stack(
-            [np.concatenate(self._residuals(p, t)) for p, t in zip(points, theta, strict=True)]
+    @property
+    def kinks(self) -> Array:
+        """Where each coordinate of flat Θ has a kink that some term feels, (parameters · n, q)."""
+        felt = np.ones_like(self._rows.felt) if self._curved else self._rows.felt
+        return self._text.word.kinks(felt)
+
+    def residual(self, x: Array) -> Array:
+        """All residuals (r,) at flat Θ: those of affine terms, then those of the others."""
+        theta = x.reshape(self._shape)
+        residual, jacobian = self._rows.evaluate(theta)
+        # The Jacobian of the affine rows comes almost free; it is asked for next, if x is good.
+        self._latest = x, jacobian
+        if not self._curved:
+            return residual
+        return np.concatenate(
+            [
+                residual,
+                *(t.residual(self._text.positions(p, theta), theta) for t, p in self._curved),
+            ]
         )
 
-    def _residuals(self, points: Array, theta: Array) -> list[Array]:
-        return [
-            t.residual(points[s], theta) for t, s in zip(self._terms, self._slices, strict=True)
-        ]
+    def jacobian(self, x: Array) -> Array:
+        """Derivative of the residuals by flat Θ, (r, parameters · n)."""
+        theta = x.reshape(self._shape)
+        if self._latest is not None and self._latest[0] is x:
+            jacobian = self._latest[1]
+        else:
+            _, jacobian = self._rows.evaluate(theta)
+        if not self._curved:
+            return jacobian
+        return np.concatenate([jacobian, *(self._chain(t, p, theta) for t, p in self._curved)])
 
-    def jacobian(self, theta: Array) -> Array:
-        """Derivative of the residuals by the flattened Θ, (B, r, parameters · n)."""
-        points, moves = self._text.positions_and_jacobian(self._points, theta)
-        moves = moves.reshape(*points.shape, theta[0].size)
-        return np.stack([self._chain(*place) for place in zip(points, moves, theta, strict=True)])
+    def _chain(self, term: Term, points: PointSet, theta: Array) -> Array:
+        """The chain rule: what its points do to a term, times what Θ does to them."""
+        places, moves = self._text.positions_and_jacobian(points, theta)
+        by = term.derivative(places, theta)
+        block = np.zeros(())
+        if by.points is not None:
+            flat = moves.reshape(places.size, theta.size)
+            block = by.points.reshape(len(by.points), places.size) @ flat
+        if by.theta is not None:
+            block = block + by.theta.reshape(len(by.theta), theta.size)
+        return block
 
-    def _chain(self, points: Array, moves: Array, theta: Array) -> Array:
-        """The chain rule at one place: what a term's points do to it, times what Θ does to them."""
-        blocks = []
-        for term, s in zip(self._terms, self._slices, strict=True):
-            by = term.derivative(points[s], theta)
-            block = np.zeros(())
-            if by.points is not None:
-                block = by.points.reshape(len(by.points), -1) @ moves[s].reshape(-1, theta.size)
-            if by.theta is not None:
-                block = block + by.theta.reshape(len(by.theta), theta.size)
-            blocks.append(block)
-        return np.concatenate(blocks)
-
-    def accounts(self, theta: Array) -> list[Account]:
-        """What each term comes to at one place Θ (parameters, n)."""
-        points = self._text.positions(self._points, theta)
+    def accounts(self, x: Array, residual: Array) -> list[Account]:
+        """What each term comes to at flat Θ, in the order the terms were given."""
+        own = self._rows.split(residual)
         accounts = []
-        for term, s, residual in zip(
-            self._terms, self._slices, self._residuals(points, theta), strict=True
-        ):
-            cost = float(residual @ residual)
-            accounts.append(Account(term.label(), term.miss(points[s]), cost))
+        for term in self._terms:
+            if term.affine:
+                part = own.pop(0)
+            else:
+                theta = x.reshape(self._shape)
+                part = term.residual(self._text.positions(term.points(self._text), theta), theta)
+            accounts.append(Account(term, term.miss(part), float(part @ part)))
         return accounts
+
+
+class AffineRows:
+    """Residuals of affine terms, compiled: ``c + Σ_letters G γ(θ_letter) + T Θ``.
+
+    Attributes
+    ----------
+    felt : (M,) bool array
+        Which of the word's regions any of them depends on.
+    """
+
+    def __init__(self, text: Text, terms: Sequence[tuple[Term, PointSet]]) -> None:
+        self._word = word = text.word
+        parameters, n = text.coordinates.shape
+        m = len(word.regions.support)
+        rows = [AffineRow.of(term, points, text.coordinates) for term, points in terms]
+        # Rows that no point moves come last, and are left out of the sums over regions.
+        moving = [row for row in rows if row.gain is not None]
+        rest = [row for row in rows if row.gain is None]
+        ends = np.cumsum([0, *(len(row.constant) for row in moving + rest)])
+        places = {id(row): slice(*ends[i : i + 2]) for i, row in enumerate(moving + rest)}
+        self._slices = [places[id(row)] for row in rows]
+        self._constant = np.concatenate([np.zeros(0), *(row.constant for row in moving + rest)])
+        self._straight = np.concatenate(
+            [np.zeros((0, parameters * n)), *(row.straight for row in moving + rest)]
+        )
+        self._gain = np.concatenate(
+            [np.zeros((0, parameters * m)), *(row.gain for row in moving if row.gain is not None)]
+        )
+        self._pushed = np.concatenate(
+            [
+                np.zeros((0, len(word.glyphs))),
+                *(row.pushed for row in moving if row.pushed is not None),
+            ]
+        )
+        self._moving = slice(len(self._gain))
+        self.felt = (self._gain != 0).any(0).reshape(parameters, m).any(0)
+        self._may_vanish = bool((self._pushed != 0)[:, word.can_vanish].any())
+
+    def split(self, residual: Array) -> list[Array]:
+        """Each term's part of the residual, in the order the terms were given."""
+        return [residual[part] for part in self._slices]
+
+    def evaluate(self, theta: Array) -> tuple[Array, Array]:
+        """Residuals (r,) and their derivative by flat Θ, (r, parameters · n)."""
+        regions, moving = self._word.regions, self._moving
+        gamma, slopes = regions.scalars_and_slopes(theta)
+        gain = self._gain
+        residual = self._constant + self._straight @ theta.ravel()
+        if self._may_vanish:
+            residual[moving], gain = self._hold_advances(residual[moving], gamma)
+        residual[moving] += gain @ gamma.ravel()
+        # (row, letter, region · slot) times the one-hot matrix of the slots' axes.
+        q = slopes.shape[-1]
+        weighted = gain[..., None] * slopes.reshape(-1, q)
+        one_hot = regions.one_hot.reshape(-1, theta.shape[-1])
+        by_axis = weighted.reshape(len(gain), len(theta), len(one_hot)) @ one_hot
+        jacobian = self._straight.copy()
+        jacobian[moving] += by_axis.reshape(len(gain), theta.size)
+        return residual, jacobian
+
+    def _hold_advances(self, residual: Array, gamma: Array) -> tuple[Array, Array]:
+        """Take out again what advances below zero would push: they are held at zero."""
+        word = self._word
+        negative = word.unclipped_advances(gamma) < 0
+        if not negative.any():
+            return residual, self._gain
+        pushed = self._pushed * negative
+        return residual - pushed @ word.advance_base, self._gain - word.advance_rows(pushed)
+
+
+@dataclass(frozen=True)
+class AffineRow:
+    """The rows of one affine term.
+
+    Attributes
+    ----------
+    constant : (r,) array
+    straight : (r, parameters · n) array
+        T.
+    gain : (r, parameters · M) array, optional
+        G; None where no point moves the term.
+    pushed : (r, l) array, optional
+        How much of each letter's advance is in G.
+    """
+
+    constant: Array
+    straight: Array
+    gain: Array | None
+    pushed: Array | None
+
+    @staticmethod
+    def of(term: Term, points: PointSet, theta: Array) -> AffineRow:
+        """Compile a term: its residual and derivative are asked for once, at nowhere."""
+        nowhere, zero = np.zeros((len(points.letter), 2)), np.zeros_like(theta)
+        constant, by = term.residual(nowhere, zero), term.derivative(nowhere, zero)
+        count = len(constant)
+        if by.theta is not None:
+            straight = by.theta.reshape(count, theta.size)
+        else:
+            straight = np.zeros((count, theta.size))
+        if by.points is None:
+            return AffineRow(constant, straight, None, None)
+        rows = points.rows
+        flat = by.points.reshape(count, len(rows.base))
+        return AffineRow(
+            constant + flat @ rows.base, straight, flat @ rows.gain, flat @ rows.pushed
+        )

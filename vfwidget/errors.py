@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
+
 
 class VFWidgetError(ValueError):
     """Base of every error this package raises on bad input."""
@@ -29,3 +32,12 @@ class SolveError(VFWidgetError):
 
 class AxisWarning(UserWarning):
     """An axis value outside its range was clamped to it."""
+
+
+def warn_clamped(message: str) -> None:
+    """Issue an :class:`AxisWarning` at the line of code that called into this package."""
+    package = __name__.partition(".")[0]
+    frame, level = sys._getframe(1), 2
+    while frame.f_back and frame.f_globals["__name__"].partition(".")[0] == package:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, AxisWarning, stacklevel=level)

@@ -34,6 +34,7 @@ class Target(Term):
     handle: Handle
     position: Any
     weight: float = 1.0
+    affine: ClassVar[bool] = True
 
     @property
     def handles(self) -> tuple[Handle, ...]:  # type: ignore[override]
@@ -52,8 +53,8 @@ class Target(Term):
     def derivative(self, points: Array, theta: Array) -> Derivative:
         return Derivative(points=math.sqrt(self.weight) * np.eye(2)[:, None, :])
 
-    def miss(self, points: Array) -> float:
-        return float(np.hypot(*(points[0] - self.position)))
+    def miss(self, residual: Array) -> float:
+        return math.hypot(*residual) / math.sqrt(self.weight)
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,7 @@ class SharedX(Term):
 
     on: Sequence[Handle]
     weight: float = 1.0
+    affine: ClassVar[bool] = True
     coordinate: ClassVar[int] = 0
 
     @property
@@ -111,8 +113,8 @@ class SharedX(Term):
         by[:, :, self.coordinate] = math.sqrt(self.weight) * (np.eye(p) - 1 / p)
         return Derivative(points=by)
 
-    def miss(self, points: Array) -> float:
-        return float(np.ptp(points[:, self.coordinate]))
+    def miss(self, residual: Array) -> float:
+        return float(np.ptp(residual)) / math.sqrt(self.weight)
 
 
 @dataclass(frozen=True)
@@ -168,9 +170,8 @@ class Collinear(Term):
         by[:, 0] = turn - normal
         return Derivative(points=math.sqrt(self.weight) * by)
 
-    def miss(self, points: Array) -> float:
-        normal, _ = self._line(points)
-        return float(np.abs((points[1:-1] - points[0]) @ normal).max())
+    def miss(self, residual: Array) -> float:
+        return float(np.abs(residual).max()) / math.sqrt(self.weight)
 
     def _line(self, points: Array) -> tuple[Array, float]:
         """The line's unit normal and the distance between its two ends."""
@@ -223,8 +224,8 @@ class Distance(Term):
         _, direction = self._measure(points)
         return Derivative(points=math.sqrt(self.weight) * np.stack([-direction, direction])[None])
 
-    def miss(self, points: Array) -> float:
-        return abs(self._measure(points)[0] - (self.length or 0.0))
+    def miss(self, residual: Array) -> float:
+        return abs(float(residual[0])) / math.sqrt(self.weight)
 
     def _measure(self, points: Array) -> tuple[float, Array]:
         """The distance and the unit vector along which it grows."""

@@ -11,18 +11,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .arrays import Array, ArrayLike, is_tensor, like, namespace, to_array
+from .arrays import Array, ArrayLike, is_tensor, to_array
 from .errors import SolveError
 from .levenberg_marquardt import (
-    REASONS,
     Problem,
+    State,
     Tolerances,
     active_bounds,
-    init,
-    step,
-    terminate,
+    drive,
+    drive_many,
+    finish,
 )
 from .loss import LOSSES
+
+LIMIT = "stopped at the limit of {} iterations"
 
 
 class Iterate(NamedTuple):
@@ -139,88 +141,111 @@ def least_squares(
     >>> vf.least_squares(rosenbrock, [-1.2, 1.0], bounds=(-2, 0.8)).x.round(3)
     array([0.8 , 0.64])
     """
-    start: Any = x0
-    start = start.detach().double() if is_tensor(start) else to_array(start)
+    start = to_array(x0)
     if start.ndim not in (1, 2):
-        raise SolveError(f"The start is (n,) or (B, n), not of shape {tuple(start.shape)}.")
-    single = start.ndim == 1
-    if single:
-        start = start[None]
-        residual, jacobian = _batched(residual), jacobian and _batched(jacobian)
+        raise SolveError(f"The start is (n,) or (B, n), not of shape {start.shape}.")
     if scale not in ("columns", "none"):
         raise SolveError(f"scale is 'columns' or 'none', not {scale!r}.")
     if loss not in LOSSES:
         raise SolveError(f"There is no loss {loss!r}: choose one of {', '.join(LOSSES)}.")
     lower, upper = _checked_bounds(bounds, start)
-    table = None if kinks is None else _kink_table(kinks, start)
-    problem = Problem(
-        residual=lambda x: like(residual(x), start),
-        jacobian=_derivative(residual, jacobian, lower, upper, table),
-        lower=lower,
-        upper=upper,
-        kinks=table,
-        scale_by_columns=scale == "columns",
-        accelerate=acceleration,
-        loss=loss,
-        loss_scale=loss_scale,
-        tolerances=Tolerances(
-            cost_tolerance, step_tolerance, gain_tolerance, gradient_tolerance, zero
-        ),
+    table = None if kinks is None else kink_table(kinks, start.shape[-1])
+    outside = _as_tensors(x0) if is_tensor(x0) else _as_they_are
+    derivative = _derivative(residual, jacobian, outside, is_tensor(x0), lower, upper, table)
+    tolerances = Tolerances(
+        cost_tolerance, step_tolerance, gain_tolerance, gradient_tolerance, zero
     )
-    state = init(problem, start)
-    history = [(state.x, state.cost)]
-    while not terminate(problem, state, max_iterations):
-        before = state.x
-        state = step(problem, state)
-        if state.x is not before:
-            history.append((state.x, state.cost))
-    status = [
-        REASONS[int(reason)] if reason else f"stopped at the limit of {max_iterations} iterations"
-        for reason in state.reason
-    ]
-    if single:
-        return Result(
-            x=state.x[0],
-            cost=float(state.cost[0]),
-            residual=state.residual[0],
-            active=active_bounds(problem, state)[0],
-            iterations=int(state.iterations[0]),
-            status=status[0],
-            converged=bool(state.reason[0]),
-            history=[Iterate(x[0], float(cost[0])) for x, cost in history],
+
+    def problem(low: Array, high: Array) -> Problem:
+        return Problem(
+            low, high, table, scale == "columns", acceleration, loss, loss_scale, tolerances
         )
+
+    def answer(x: Array) -> Array:
+        return to_array(residual(outside(x)))
+
+    if start.ndim == 1:
+        history: list[Any] = []
+        asking = finish(problem(lower, upper), start, max_iterations, history)
+        state = drive(asking, answer, derivative)
+        active = active_bounds(problem(lower, upper), state, derivative)
+        return _result([state], [active], [history], outside, max_iterations, single=True)
+    histories: list[list[Any]] = [[] for _ in start]
+    problems = [problem(*sides) for sides in zip(lower, upper, strict=True)]
+    askings = [
+        finish(*each, max_iterations, history)
+        for each, history in zip(zip(problems, start, strict=True), histories, strict=True)
+    ]
+    states = drive_many(askings, start, answer, derivative)
+    slopes = derivative(np.stack([state.x for state in states]))
+    actives = [
+        active_bounds(problem, state, lambda _, row=row: slopes[row])
+        for row, (problem, state) in enumerate(zip(problems, states, strict=True))
+    ]
+    return _result(states, actives, histories, outside, max_iterations, single=False)
+
+
+def _as_they_are(x: Array) -> Any:
+    return x
+
+
+def _as_tensors(x0: Any) -> Callable[[Array], Any]:
+    """Arrays to float64 tensors on the device of ``x0``."""
+    import torch
+
+    return lambda x: torch.as_tensor(x, dtype=torch.float64, device=x0.device)
+
+
+def _result(
+    states: list[State],
+    actives: list[Array],
+    histories: list[list[Any]],
+    outside: Callable[[Array], Any],
+    max_iterations: int,
+    single: bool,
+) -> Result:
+    limit = LIMIT.format(max_iterations)
+    # A solve that ended early stands still in the histories of those that went on.
+    length = max(len(history) for history in histories)
+    padded = [history + history[-1:] * (length - len(history)) for history in histories]
+    result = Result(
+        x=outside(np.stack([state.x for state in states])),
+        cost=outside(np.array([state.cost for state in states])),
+        residual=outside(np.stack([state.residual for state in states])),
+        active=np.stack(actives),
+        iterations=np.array([state.iterations for state in states]),
+        status=[state.reason or limit for state in states],
+        converged=np.array([bool(state.reason) for state in states]),
+        history=[
+            Iterate(
+                outside(np.stack([x for x, _ in moment])),
+                outside(np.array([cost for _, cost in moment])),
+            )
+            for moment in zip(*padded, strict=True)
+        ],
+    )
+    if not single:
+        return result
     return Result(
-        x=state.x,
-        cost=state.cost,
-        residual=state.residual,
-        active=active_bounds(problem, state),
-        iterations=state.iterations,
-        status=status,
-        converged=state.reason != 0,
-        history=[Iterate(x, cost) for x, cost in history],
+        x=result.x[0],
+        cost=states[0].cost,
+        residual=result.residual[0],
+        active=actives[0],
+        iterations=states[0].iterations,
+        status=result.status[0],
+        converged=bool(states[0].reason),
+        history=[Iterate(x[0], float(cost[0])) for x, cost in result.history],
     )
 
 
-def _batched(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """A function of one point as one of a batch of one."""
-
-    def of_batch(x: Any) -> Any:
-        value = like(function(x[0]), x)
-        return value[None]
-
-    return of_batch
-
-
-def _checked_bounds(bounds: tuple[ArrayLike, ArrayLike] | None, start: Any) -> tuple[Any, Any]:
-    xp = namespace(start)
+def _checked_bounds(
+    bounds: tuple[ArrayLike, ArrayLike] | None, start: Array
+) -> tuple[Array, Array]:
     sides = bounds if bounds is not None else (-np.inf, np.inf)
     try:
-        lower, upper = (like(side, start) + xp.zeros_like(start) for side in sides)
-        fits = lower.shape == upper.shape == start.shape
-    except (ValueError, RuntimeError):
-        fits = False
-    if not fits:
-        raise SolveError(f"The bounds do not fit a start of {start.shape[-1]} numbers.")
+        lower, upper = (np.broadcast_to(to_array(side), start.shape) for side in sides)
+    except ValueError:
+        raise SolveError(f"The bounds do not fit a start of {start.shape[-1]} numbers.") from None
     if not (lower <= upper).all():
         raise SolveError("A lower bound lies above its upper bound, or is NaN.")
     if not ((start >= lower) & (start <= upper)).all():
@@ -228,30 +253,37 @@ def _checked_bounds(bounds: tuple[ArrayLike, ArrayLike] | None, start: Any) -> t
     return lower, upper
 
 
-def _kink_table(kinks: Sequence[ArrayLike], start: Any) -> Any:
-    """The kinks of each variable as rows of one table, (n, q), padded with infinity."""
-    n = start.shape[-1]
+def kink_table(kinks: Sequence[ArrayLike], n: int) -> Array:
+    """The kinks of each of n variables as rows of one table, (n, q), padded with infinity.
+
+    Raises
+    ------
+    SolveError
+        ``kinks`` names another number of variables.
+    """
     if len(kinks) != n:
         raise SolveError(f"kinks names {len(kinks)} variables; there are {n}.")
     rows = [np.unique(to_array(row)) for row in kinks]
     table = np.full((n, max((len(row) for row in rows), default=0) + 1), np.inf)
     for i, row in enumerate(rows):
         table[i, : len(row)] = row
-    return like(table, start)
+    return table
 
 
 def _derivative(
     residual: Callable[[Any], Any],
     jacobian: Callable[[Any], Any] | None,
-    lower: Any,
-    upper: Any,
-    kinks: Any | None,
-) -> Callable[[Any], Any]:
+    outside: Callable[[Array], Any],
+    tensors: bool,
+    lower: Array,
+    upper: Array,
+    kinks: Array | None,
+) -> Callable[[Array], Array]:
     """The Jacobian the caller gave, else forward mode for tensors, differences for arrays."""
     if jacobian is not None:
-        return lambda x: like(jacobian(x), x)
-    if is_tensor(lower):
-        return lambda x: _forward_mode(residual, x)
+        return lambda x: to_array(jacobian(outside(x)))
+    if tensors:
+        return lambda x: to_array(_forward_mode(residual, outside(x)))
 
     def differences(x: Array) -> Array:
         left, right = lower, upper
@@ -282,10 +314,12 @@ def _central_differences(
 ) -> Array:
     columns = []
     for i in range(x.shape[-1]):
-        reach = np.finfo(float).eps ** (1 / 3) * np.maximum(1e-3, np.abs(x[:, i]))
+        reach = np.finfo(float).eps ** (1 / 3) * np.maximum(1e-3, np.abs(x[..., i]))
         left, right = x.copy(), x.copy()
-        left[:, i] = np.maximum(x[:, i] - reach, lower[:, i])
-        right[:, i] = np.minimum(x[:, i] + reach, upper[:, i])
-        width = (right - left)[:, i, None]
-        columns.append((residual(right) - residual(left)) / np.where(width > 0, width, 1.0))
+        left[..., i] = np.maximum(x[..., i] - reach, lower[..., i])
+        right[..., i] = np.minimum(x[..., i] + reach, upper[..., i])
+        width = (right - left)[..., i, None]
+        columns.append(
+            (to_array(residual(right)) - to_array(residual(left))) / np.where(width > 0, width, 1)
+        )
     return np.stack(columns, axis=-1)

@@ -1,4 +1,4 @@
-r"""The iteration of :func:`vfwidget.least_squares`: init, step, terminate; many problems at once.
+r"""The iteration of :func:`vfwidget.least_squares`: init, step, and the drivers that feed them.
 
 **The step.** At each iterate the residual is replaced by its linear model and the damped model
 is minimised over the box exactly (:mod:`vfwidget.quadratic`). Bounds that the model pushes
@@ -19,15 +19,22 @@ non-differentiability one at a time is the idea of Coleman and Conn 1982 for pol
 **Geodesic acceleration** (Transtrum and Sethna 2012), when asked for: the step d is bent by half
 of a correction that cancels the residual's second derivative along d, measured with one more
 residual. It shortens the way along curved valleys.
+
+**Requests.** The iteration calls no function of the caller's. It is a generator that asks for a
+residual or a Jacobian at some x and is sent the answer, so that one text serves a drag, where
+every microsecond counts, and a batch, whose requests are answered many at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
-from .arrays import namespace
+import numpy as np
+
+from .arrays import Array
 from .errors import SolveError
 from .loss import rescale, robust_cost
 from .quadratic import minimise_quadratic
@@ -46,14 +53,14 @@ GROWN_OUT = 2.0**40
 PROBE, MOST_BENT = 0.1, 0.75
 """Where along a step its second derivative is measured, and how much of one it may correct."""
 
-REASONS = (
-    "running",
-    "converged: the cost is zero",
-    "converged: no direction lowers the cost",
-    "converged: steps have become too short to matter",
-    "converged: no step lowers the cost",
-)
-RUNNING, ZERO, STATIONARY, SHORT, STUCK = range(5)
+ZERO = "converged: the cost is zero"
+AT_REST = "converged: no direction lowers the cost"
+SHORT = "converged: steps have become too short to matter"
+STUCK = "converged: no step lowers the cost"
+
+Request: TypeAlias = tuple[bool, Array]
+"""(whether the Jacobian is asked for, else the residual; where)."""
+Asking: TypeAlias = Generator[Request, Array, Any]
 
 
 @dataclass(frozen=True)
@@ -69,14 +76,12 @@ class Tolerances:
 
 @dataclass(frozen=True)
 class Problem:
-    """B problems of n variables and m residuals, all numpy or all torch.
+    """Everything about a problem of n variables but its residual.
 
     Attributes
     ----------
-    residual, jacobian : callable
-        (B, n) to (B, m) and to (B, m, n).
-    lower, upper : (n,) or (B, n)
-    kinks : (n, q), optional
+    lower, upper : (n,) arrays
+    kinks : (n, q) array, optional
         Padded with infinity.
     scale_by_columns, accelerate : bool
     loss, loss_scale
@@ -84,304 +89,309 @@ class Problem:
     tolerances : Tolerances
     """
 
-    residual: Callable[[Any], Any]
-    jacobian: Callable[[Any], Any]
-    lower: Any
-    upper: Any
-    kinks: Any | None = None
+    lower: Array
+    upper: Array
+    kinks: Array | None = None
     scale_by_columns: bool = True
     accelerate: bool = False
     loss: str = "linear"
     loss_scale: float = 1.0
     tolerances: Tolerances = field(default_factory=Tolerances)
 
-    def evaluate(self, x: Any) -> tuple[Any, Any]:
-        """Residuals (B, m) and costs (B,); a cost that is not finite counts as infinite."""
-        residual = self.residual(x)
-        cost = robust_cost(residual, self.loss, self.loss_scale)
-        xp = namespace(x)
-        return residual, xp.where(xp.isfinite(cost), cost, xp.inf)
+    def cost(self, residual: Array) -> float:
+        """Cost of a residual; infinite where it is not finite."""
+        value = float(robust_cost(residual, self.loss, self.loss_scale))
+        return value if math.isfinite(value) else math.inf
 
 
 class Model(NamedTuple):
-    """The linear model at the present iterates, and how far each coordinate may go in it."""
+    """The linear model at an iterate, and how far each coordinate may go in it."""
 
-    jacobian: Any
-    gradient: Any
-    normal: Any
-    low: Any
-    high: Any
-    cell_low: Any
-    cell_high: Any
+    jacobian: Array
+    gradient: Array
+    normal: Array
+    columns: Array
+    low: Array
+    high: Array
 
 
 @dataclass
 class State:
-    """Where B solves stand; :func:`init` makes it, :func:`step` moves it.
+    """Where a solve stands; :func:`init` makes it, :func:`step` moves it.
 
     Attributes
     ----------
-    x : (B, n)
-        The best points so far.
-    residual : (B, m)
-    cost : (B,)
-    damping, growth : (B,)
+    x : (n,) array
+        The best point so far.
+    residual : (m,) array
+    cost : float
+    damping, growth : float
         Of Levenberg–Marquardt: the present damping and what a rejection multiplies it by.
-    scale : (B, n)
+    scale : (n,) array or 0
         Squared column norms that damping weighs by, their greatest so far.
-    iterations : (B,)
+    iterations : int
         Accepted steps.
-    reason : (B,)
-        Index into :data:`REASONS`; 0 while there is more to do.
+    reason : str
+        Why it has ended; empty while there is more to do.
     model : Model, optional
         Kept while steps are being rejected.
     """
 
-    x: Any
-    residual: Any
-    cost: Any
-    damping: Any
-    growth: Any
-    scale: Any
-    iterations: Any
-    reason: Any
+    x: Array
+    residual: Array
+    cost: float
+    damping: float = 0.0
+    growth: float = 2.0
+    scale: Any = 0.0
+    iterations: int = 0
+    reason: str = ""
     model: Model | None = None
 
 
-def init(problem: Problem, start: Any) -> State:
-    """The state before the first step, at starts (B, n).
+def init(problem: Problem, start: Array) -> Asking:
+    """The state before the first step.
 
     Raises
     ------
     SolveError
-        A residual is not a vector of finite numbers.
+        The residual is not a vector of finite numbers.
     """
-    xp = namespace(start)
-    residual, cost = problem.evaluate(start)
-    if residual.ndim != 2 or not xp.isfinite(residual).all():
+    residual = yield False, start
+    if residual.ndim != 1 or not np.isfinite(residual).all():
         raise SolveError("The residual at the start is not a vector of finite numbers.")
-    zero = xp.zeros_like(cost)
-    return State(
-        start, residual, cost, zero, zero + 2, xp.zeros_like(start), zero + 0, zero + RUNNING
-    )  # fmt: skip
+    return State(start, residual, problem.cost(residual))
 
 
-def step(problem: Problem, state: State) -> State:
-    """Try one step of every solve that is running; ``state`` is changed and returned."""
-    xp = namespace(state.x)
-    model = state.model or _linearise(problem, state)
-    _terminate_at_rest(problem, state, model)
-    running = state.reason == RUNNING
-    if not running.any():
-        return state
-    strongest = xp.amax(_diagonal(model.normal), -1)
-    state.damping = xp.where(state.damping == 0, INITIAL_DAMPING * strongest, state.damping)
-    state.damping = xp.maximum(state.damping, LEAST_DAMPING * strongest)
-    weights = xp.ones_like(state.scale)
-    if problem.scale_by_columns:
-        largest = xp.amax(state.scale, -1)[:, None]
-        weights = xp.maximum(state.scale, WEAKEST * largest) / xp.where(largest > 0, largest, 1.0)
-    damp = state.damping[:, None] * xp.where(weights > 0, weights, 1.0)
-    system = model.normal + damp[:, :, None] * xp.eye(damp.shape[-1], **_kind(damp))
+def step(problem: Problem, state: State) -> Asking:
+    """Linearise if need be, then try one step; ``state`` is changed."""
+    tolerances = problem.tolerances
+    if state.cost <= tolerances.zero:
+        state.reason = ZERO
+        return
+    model = state.model
+    if model is None:
+        model = state.model = yield from _linearise(problem, state)
+    if _is_at_rest(model, state.cost, tolerances.gradient):
+        state.reason = AT_REST
+        return
+    system = _damped(problem, state, model)
+    trial = yield from _try(problem, state, model, system, model.low, model.high)
+    if trial.gain < GOOD_GAIN and problem.kinks is not None:
+        below, above = _cell(problem.kinks, state.x)
+        low, high = np.maximum(model.low, below), np.minimum(model.high, above)
+        if ((trial.d < low) | (trial.d > high)).any():
+            inside = yield from _try(problem, state, model, system, low, high)
+            trial = inside if inside.cost < trial.cost else trial
+    _judge(tolerances, state, trial)
 
-    trial = _try(problem, state, model, system, model.low, model.high)
-    if problem.kinks is not None:
-        poor = running & trial.crosses & (trial.gain < GOOD_GAIN)
-        if poor.any():
-            inside = _try(problem, state, model, system, model.cell_low, model.cell_high)
-            trial = _choose(poor & (inside.cost < trial.cost), inside, trial)
-    _judge(problem, state, trial, running)
+
+def finish(problem: Problem, start: Array, max_iterations: int, history: list[Any]) -> Asking:
+    """A whole solve: steps until there is a reason to stop; each accepted x joins ``history``."""
+    state = yield from init(problem, start)
+    history.append((state.x, state.cost))
+    while not state.reason and state.iterations < max_iterations:
+        count = state.iterations
+        yield from step(problem, state)
+        if state.iterations > count:
+            history.append((state.x, state.cost))
     return state
 
 
-def terminate(problem: Problem, state: State, max_iterations: int) -> bool:
-    """Whether every solve has a reason to stop or has used up its iterations."""
-    return bool(((state.reason != RUNNING) | (state.iterations >= max_iterations)).all())
+def drive(
+    asking: Asking, residual: Callable[[Array], Array], jacobian: Callable[[Array], Array]
+) -> Any:
+    """Answer a generator's requests until it returns; its value."""
+    try:
+        wants_jacobian, x = next(asking)
+        while True:
+            wants_jacobian, x = asking.send(jacobian(x) if wants_jacobian else residual(x))
+    except StopIteration as end:
+        return end.value
 
 
-def active_bounds(problem: Problem, state: State) -> Any:
-    """-1 or 1, (B, n), where the lower or upper bound holds a solve against its slope, else 0."""
-    model = state.model or _linearise(problem, state)
-    lower = (state.x <= problem.lower) & (model.gradient > 0)
-    upper = (state.x >= problem.upper) & (model.gradient < 0)
-    return upper * 1 - lower * 1
+def drive_many(
+    asking: list[Asking],
+    starts: Array,
+    residual: Callable[[Array], Array],
+    jacobian: Callable[[Array], Array],
+) -> list[Any]:
+    """Answer B generators' requests together, (B, n) to (B, m) and (B, m, n); their values."""
+    values: list[Any] = [None] * len(asking)
+    places = starts.copy()
+    requests = {row: next(generator) for row, generator in enumerate(asking)}
+    while requests:
+        # Rows that ask for the other thing, or for nothing, are evaluated where they last stood.
+        for row, (_, x) in requests.items():
+            places[row] = x
+        wanted = {wants for wants, _ in requests.values()}
+        answers = {wants: (jacobian if wants else residual)(places) for wants in wanted}
+        for row, (wants, _) in list(requests.items()):
+            try:
+                requests[row] = asking[row].send(answers[wants][row])
+            except StopIteration as end:
+                values[row] = end.value
+                del requests[row]
+    return values
+
+
+def active_bounds(problem: Problem, state: State, jacobian: Callable[[Array], Array]) -> Array:
+    """-1 or 1, (n,), where the lower or upper bound holds the point against its slope, else 0."""
+    at_lower, at_upper = state.x <= problem.lower, state.x >= problem.upper
+    if not (at_lower | at_upper).any():
+        return np.zeros(len(state.x), dtype=int)
+    model = state.model
+    # The slope that counts is that of the side within the bounds.
+    gradient = (
+        model.gradient
+        if model is not None
+        else _pull(problem, state, jacobian(state.x + NUDGE * at_lower - NUDGE * at_upper))
+    )
+    return (at_upper & (gradient < 0)).astype(int) - (at_lower & (gradient > 0))
 
 
 class _Trial(NamedTuple):
+    d: Any
     x: Any
-    residual: Any
-    cost: Any
-    promised: Any
-    gain: Any
-    crosses: Any
+    residual: Array
+    cost: float
+    promised: float
+    gain: float
 
 
-def _try(problem: Problem, state: State, model: Model, system: Any, low: Any, high: Any) -> _Trial:
+def _damped(problem: Problem, state: State, model: Model) -> Array:
+    """The normal equations' matrix with the damping on its diagonal."""
+    strongest = float(model.columns.max())
+    state.damping = max(state.damping or INITIAL_DAMPING * strongest, LEAST_DAMPING * strongest)
+    system = model.normal.copy()
+    weights: Any = 1.0
+    if problem.scale_by_columns:
+        largest = state.scale.max()
+        weights = np.maximum(state.scale / largest, WEAKEST)
+    system.flat[:: len(system) + 1] += state.damping * weights
+    return system
+
+
+def _try(
+    problem: Problem, state: State, model: Model, system: Array, low: Array, high: Array
+) -> Generator[Request, Array, _Trial]:
     """Minimise the damped model between two walls, and see what the step is worth."""
-    xp = namespace(state.x)
-    d = minimise_quadratic(system, model.gradient, low, high)
-    curve = (d * (model.normal @ d[..., None])[..., 0]).sum(-1)
+    d = -np.linalg.solve(system, model.gradient)
+    walled = ((d < low) | (d > high)).any()
+    if walled:
+        d = minimise_quadratic(system, model.gradient, low, high)
     # What the model promises is for the straight step; the bent one is to keep it better.
-    promised = -(2 * (model.gradient * d).sum(-1) + curve)
+    promised = -float(2 * model.gradient @ d + d @ model.normal @ d)
+    freely = not walled and state.damping <= INITIAL_DAMPING * model.columns.max()
+    if freely and promised <= problem.tolerances.gain:
+        # Nothing holds the step back, and it is not worth the look.
+        return _Trial(d, state.x, state.residual, state.cost, promised, 0.0)
     if problem.accelerate:
-        d = _bend(problem, state, model, system, d, low, high)
-    # Walls are met exactly, so that the next iterate knows where it stands.
-    x = xp.where(d >= high, state.x + high, xp.where(d <= low, state.x + low, state.x + d))
-    x = _snap(problem, xp.clip(x, problem.lower, problem.upper))
-    residual, cost = problem.evaluate(x)
-    gain = xp.where(promised > 0, state.cost - cost, -xp.inf) / xp.where(
-        promised > 0, promised, 1.0
-    )
-    crosses = ((d < model.cell_low) | (d > model.cell_high)).any(-1)
-    return _Trial(x, residual, cost, promised, gain, crosses)
+        d = yield from _bend(state, model, system, d, low, high)
+    x = state.x + d
+    if walled:
+        # A wall is met exactly, so that the next iterate knows where it stands.
+        x = np.where(d >= high, state.x + high, np.where(d <= low, state.x + low, x))
+    x = np.minimum(np.maximum(x, problem.lower), problem.upper)
+    residual = yield False, x
+    cost = problem.cost(residual)
+    gain = (state.cost - cost) / promised if promised > 0 else -math.inf
+    return _Trial(d, x, residual, cost, promised, gain)
 
 
 def _bend(
-    problem: Problem, state: State, model: Model, system: Any, d: Any, low: Any, high: Any
-) -> Any:
+    state: State, model: Model, system: Array, d: Any, low: Array, high: Array
+) -> Generator[Request, Array, Array]:
     """The step with half its geodesic acceleration, where that is no more than a correction."""
-    xp = namespace(d)
-    ahead = problem.residual(state.x + PROBE * d)
-    straight = (model.jacobian @ d[..., None])[..., 0]
-    second = 2 / PROBE * ((ahead - state.residual) / PROBE - straight)
-    pull = (second[..., None, :] @ model.jacobian)[..., 0, :]
+    ahead = yield False, state.x + PROBE * d
+    if not np.isfinite(ahead).all():
+        return d
+    second = 2 / PROBE * ((ahead - state.residual) / PROBE - model.jacobian @ d)
     # What a wall holds stays there.
-    room = (d > low) & (d < high)
-    bend = minimise_quadratic(
-        system, pull, xp.where(room, -xp.inf, 0.0), xp.where(room, xp.inf, 0.0)
-    )
-    size = (d * d).sum(-1) ** 0.5
-    small = 2 * (bend * bend).sum(-1) ** 0.5 <= MOST_BENT * size
-    small = small & xp.isfinite(ahead).all(-1)
-    return xp.where(small[:, None], xp.clip(d + bend / 2, low, high), d)
+    room = np.where((d > low) & (d < high), math.inf, 0.0)
+    bend = minimise_quadratic(system, second @ model.jacobian, -room, room)
+    if 2 * np.linalg.norm(bend) > MOST_BENT * np.linalg.norm(d):
+        return d
+    return np.clip(d + bend / 2, low, high)
 
 
-def _choose(mask: Any, first: _Trial, second: _Trial) -> _Trial:
-    xp = namespace(mask)
-    fields = []
-    for a, b in zip(first, second, strict=True):
-        fields.append(xp.where(mask[:, None] if a.ndim == 2 else mask, a, b))
-    return _Trial(*fields)
-
-
-def _judge(problem: Problem, state: State, trial: _Trial, running: Any) -> None:
-    """Accept or reject each trial, set the damping, and see whether there is reason to stop."""
-    xp = namespace(state.x)
-    tolerances = problem.tolerances
-    accepted = running & (trial.gain > LEAST_GAIN) & (trial.cost < state.cost)
-    rejected = running & ~accepted
-    length = xp.amax(abs(trial.x - state.x), -1)
-    short = length <= tolerances.step * (1 + xp.amax(abs(state.x), -1))
-    least = xp.clip(tolerances.cost * state.cost, tolerances.gain, None)
-    idle = (state.cost - trial.cost <= least) & (trial.promised <= 10 * least)
-    nothing = trial.promised <= 2e-16 * state.cost
-    ended = (accepted & (short | idle)) | (rejected & (short | nothing))
-
-    shrink = xp.clip(1 - (2 * xp.clip(trial.gain, -1.0, 1.5) - 1) ** 3, 0.1, None)
-    state.damping = state.damping * xp.where(
-        accepted, shrink, xp.where(rejected, state.growth, 1.0)
-    )
-    state.growth = xp.where(accepted, 2.0, xp.where(rejected, 2 * state.growth, state.growth))
-    state.reason = xp.where(ended, SHORT, state.reason)
-    state.reason = xp.where(rejected & ~ended & (state.growth > GROWN_OUT), STUCK, state.reason)
-    state.iterations = state.iterations + accepted
-    if accepted.any():
-        state.x = xp.where(accepted[:, None], trial.x, state.x)
-        state.residual = xp.where(accepted[:, None], trial.residual, state.residual)
-        state.cost = xp.where(accepted, trial.cost, state.cost)
+def _judge(tolerances: Tolerances, state: State, trial: _Trial) -> None:
+    """Accept or reject a trial, set the damping, and see whether there is reason to stop."""
+    length = float(abs(trial.x - state.x).max())
+    short = length <= tolerances.step * (1 + float(abs(state.x).max()))
+    if trial.gain > LEAST_GAIN and trial.cost < state.cost:
+        least = max(tolerances.cost * state.cost, tolerances.gain)
+        idle = state.cost - trial.cost <= least and trial.promised <= 10 * least
+        state.x, state.residual, state.cost = trial.x, trial.residual, trial.cost
+        state.damping *= max(0.1, 1 - (2 * min(trial.gain, 1.5) - 1) ** 3)
+        state.growth = 2.0
+        state.iterations += 1
         state.model = None
+        if short or idle:
+            state.reason = SHORT
+    elif short or trial.promised <= 2e-16 * state.cost:
+        state.reason = SHORT
+    else:
+        state.damping *= state.growth
+        state.growth *= 2
+        if state.growth > GROWN_OUT:
+            state.reason = STUCK
 
 
-def _terminate_at_rest(problem: Problem, state: State, model: Model) -> None:
-    """Stop where the cost is nothing, or where no coordinate may move and lower it."""
-    xp = namespace(state.x)
-    movable = ((model.gradient > 0) & (model.low < 0)) | ((model.gradient < 0) & (model.high > 0))
-    sizes = (_diagonal(model.normal) * state.cost[:, None]) ** 0.5
-    slopes = xp.where(movable, abs(model.gradient), 0.0) / xp.where(sizes > 0, sizes, 1.0)
-    at_rest = xp.amax(slopes, -1) <= problem.tolerances.gradient
-    running = state.reason == RUNNING
-    state.reason = xp.where(running & at_rest, STATIONARY, state.reason)
-    state.reason = xp.where(running & (state.cost <= problem.tolerances.zero), ZERO, state.reason)
+def _is_at_rest(model: Model, cost: float, tolerance: float) -> bool:
+    """Whether no coordinate may move and lower the cost."""
+    slopes = abs(model.gradient)
+    movable = np.where(model.gradient > 0, model.low < 0, model.high > 0)
+    steep = slopes > tolerance * np.sqrt(model.columns * cost)
+    return not (movable & steep).any()
 
 
-def _linearise(problem: Problem, state: State) -> Model:
+def _linearise(problem: Problem, state: State) -> Generator[Request, Array, Model]:
     """The Jacobian of the sides that go down, and the room there is on them."""
-    xp = namespace(state.x)
     x = state.x
     low, high = problem.lower - x, problem.upper - x
-    if problem.kinks is None:
-        jacobian = _checked_jacobian(problem, state, x)
-        below, above = low, high
+    on_kink = None
+    if problem.kinks is not None:
+        on_kink = (abs(problem.kinks - x[:, None]) < NUDGE).any(1)
+    if on_kink is None or not on_kink.any():
+        jacobian = yield True, x
     else:
-        gaps = problem.kinks - x[..., None]
-        on_kink = (abs(gaps) < NUDGE).any(-1)
         right, left = on_kink & (high > 0), on_kink & (low < 0)
+        jacobian = yield True, x + NUDGE * right - NUDGE * (on_kink & ~right)
         both = left & right
-        jacobian = _checked_jacobian(problem, state, x + NUDGE * right - NUDGE * (on_kink & ~right))
         if both.any():
-            behind = _checked_jacobian(problem, state, x - NUDGE * left + NUDGE * (on_kink & ~left))
+            behind = yield True, x - NUDGE * left + NUDGE * (on_kink & ~left)
             falls_ahead = -_pull(problem, state, jacobian)
             falls_behind = _pull(problem, state, behind)
             ahead_down, behind_down = both & (falls_ahead > 0), both & (falls_behind > 0)
             take_behind = behind_down & (~ahead_down | (falls_behind > falls_ahead))
             take_ahead = ahead_down & ~take_behind
-            jacobian = xp.where(take_behind[..., None, :], behind, jacobian)
-            low = xp.where(both & ~take_behind, 0.0, low)
-            high = xp.where(both & ~take_ahead, 0.0, high)
-        # The cell's walls are the next kinks on either side.
-        above = xp.amin(xp.where(gaps > NUDGE, gaps, xp.inf), -1)
-        below = xp.amax(xp.where(gaps < -NUDGE, gaps, -xp.inf), -1)
-    residual, jacobian = rescale(state.residual, jacobian, problem.loss, problem.loss_scale)
-    transposed = xp.swapaxes(jacobian, -1, -2)
-    normal = transposed @ jacobian
-    state.scale = xp.maximum(state.scale, _diagonal(normal))
-    state.model = Model(
-        jacobian,
-        (transposed @ residual[..., None])[..., 0],
-        normal,
-        low,
-        high,
-        xp.maximum(low, below),
-        xp.minimum(high, above),
-    )
-    return state.model
-
-
-def _pull(problem: Problem, state: State, jacobian: Any) -> Any:
-    """Half the cost's slope, (B, n), by this Jacobian."""
-    residual, jacobian = rescale(state.residual, jacobian, problem.loss, problem.loss_scale)
-    return (residual[..., None, :] @ jacobian)[..., 0, :]
-
-
-def _checked_jacobian(problem: Problem, state: State, x: Any) -> Any:
-    jacobian = problem.jacobian(x)
-    wanted = (*state.residual.shape, x.shape[-1])
-    if tuple(jacobian.shape) != wanted:
+            jacobian = np.where(take_behind, behind, jacobian)
+            low = np.where(both & ~take_behind, 0.0, low)
+            high = np.where(both & ~take_ahead, 0.0, high)
+    if jacobian.shape != (len(state.residual), len(x)):
         raise SolveError(
-            f"The Jacobian has shape {tuple(jacobian.shape)[1:]}; {wanted[1]} residuals of "
-            f"{wanted[2]} variables need {wanted[1:]}."
+            f"The Jacobian has shape {jacobian.shape}; {len(state.residual)} residuals of "
+            f"{len(x)} variables need {(len(state.residual), len(x))}."
         )
-    if not namespace(x).isfinite(jacobian).all():
+    residual, jacobian = rescale(state.residual, jacobian, problem.loss, problem.loss_scale)
+    normal = jacobian.T @ jacobian
+    columns = normal.diagonal()
+    if not math.isfinite(float(columns.sum())):
         raise SolveError("The Jacobian holds NaN or infinity.")
-    return jacobian
+    if problem.scale_by_columns:
+        state.scale = np.maximum(state.scale, columns)
+    return Model(jacobian, residual @ jacobian, normal, columns, low, high)
 
 
-def _snap(problem: Problem, x: Any) -> Any:
-    """Put coordinates that lie within rounding of a kink onto it."""
-    if problem.kinks is None:
-        return x
-    xp = namespace(x)
-    near = abs(problem.kinks - x[..., None]) < NUDGE
-    kink = xp.amax(xp.where(near, problem.kinks, -xp.inf), -1)
-    return xp.where(near.any(-1), xp.clip(kink, problem.lower, problem.upper), x)
+def _pull(problem: Problem, state: State, jacobian: Array) -> Array:
+    """Half the cost's slope, (n,), by this Jacobian."""
+    residual, jacobian = rescale(state.residual, jacobian, problem.loss, problem.loss_scale)
+    return residual @ jacobian
 
 
-def _diagonal(matrices: Any) -> Any:
-    return namespace(matrices).einsum("...ii->...i", matrices)
-
-
-def _kind(array: Any) -> dict[str, Any]:
-    kind = {"dtype": array.dtype}
-    if namespace(array).__name__ == "torch":
-        kind["device"] = array.device
-    return kind
+def _cell(kinks: Array, x: Array) -> tuple[Array, Array]:
+    """How far the next kinks are, below (negative) and above."""
+    gaps = kinks - x[:, None]
+    below = np.where(gaps < -NUDGE, gaps, -math.inf).max(1)
+    above = np.where(gaps > NUDGE, gaps, math.inf).min(1)
+    return below, above

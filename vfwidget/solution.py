@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .arrays import Array, to_array
+from .arrays import Array
 from .energy import Account, Energy, Term
-from .least_squares import Iterate, Result, least_squares
+from .least_squares import LIMIT, Iterate
+from .levenberg_marquardt import Problem, State, Tolerances, active_bounds, drive, finish
 from .text import Text
 
 if TYPE_CHECKING:
@@ -62,6 +63,11 @@ class Solution:
     history: list[Iterate]
 
     @property
+    def misses(self) -> list[float]:
+        """How far each term's goal is missed, in font units; 0 for a term that has none."""
+        return [account.miss or 0.0 for account in self.terms]
+
+    @property
     def theta(self) -> torch.Tensor:
         """Normalized coordinates found, (1, n) or (l, n)."""
         return self.text.theta
@@ -76,11 +82,6 @@ class Solution:
         """Whether the solver stopped by itself, at a place no step improves."""
         return self.status != "running"
 
-    @property
-    def misses(self) -> list[float]:
-        """How far each term's goal is missed, in font units; 0 for a term that has none."""
-        return [term.miss or 0.0 for term in self.terms]
-
     def report(self) -> str:
         """Which terms are met, by how much the rest are missed, and what each axis did.
 
@@ -90,11 +91,13 @@ class Solution:
             A table to print.
         """
         lines = [f"{self.status} after {self.iterations} iterations: {self.message}", ""]
-        width = max(len(term.label) for term in self.terms)
+        labels = [account.term.label() for account in self.terms]
+        width = max(len(label) for label in labels)
         lines.append(f"{'term':{width}}  {'missed by':>11}  {'cost':>10}")
-        for term in self.terms:
-            missed = "" if term.miss is None else "met" if term.miss <= MET else f"{term.miss:.1f}"
-            lines.append(f"{term.label:{width}}  {missed:>11}  {term.cost:10.4g}")
+        for label, account in zip(labels, self.terms, strict=True):
+            miss = account.miss
+            missed = "" if miss is None else "met" if miss <= MET else f"{miss:.1f}"
+            lines.append(f"{label:{width}}  {missed:>11}  {account.cost:10.4g}")
         lines += ["", f"{'axis':{width}}  {'from':>11}  {'to':>10}"]
         places = zip(_rows(self.start), _rows(self.text), self.active, strict=True)
         for letter, (before, after, active) in enumerate(places):
@@ -151,65 +154,45 @@ def solve(
     'converged'
     """
     energy = Energy(text, terms)
-    start = to_array(text.theta)
-    size = start.size
-    lower, upper = (np.tile(bound, len(start)) for bound in text.font.bounds)
-
-    def run(starts: Array) -> Result:
-        """From many places at once: (B, parameters · n)."""
-        return least_squares(
-            lambda x: energy.residual(x.reshape(-1, *start.shape)),
-            starts,
-            lambda x: energy.jacobian(x.reshape(-1, *start.shape)),
-            (lower, upper),
-            kinks=list(text.breakpoints) * len(start),
-            scale="none",
-            max_iterations=max_iterations,
-            step_tolerance=step_tolerance,
-            gain_tolerance=GAIN,
-            zero=ZERO_COST,
-        )
-
-    def missed(x: Array) -> float:
-        accounts = energy.accounts(x.reshape(start.shape))
-        return max(account.miss or 0.0 for account in accounts)
-
-    result, best = run(start.reshape(1, size)), 0
-    miss = missed(result.x[0])
-    if miss > MET and restarts > 0:
-        # The same places at every call, so that a solve can be repeated.
-        others = run(np.random.default_rng(0).uniform(lower, upper, (restarts, size)))
-        index = int(np.argmin(others.cost))
-        other_miss = missed(others.x[index])
-        if others.cost[index] < result.cost[0] and other_miss < miss - MET:
-            result, best, miss = others, index, other_miss
-
-    theta = result.x[best].reshape(start.shape)
-    status = "running"
-    if result.converged[best]:
-        status = "unreachable" if miss > MET else "converged"
-    active = result.active[best].reshape(start.shape)
-    message = result.status[best] if status == "running" else _explain(text, active, miss)
-    return Solution(
-        text=text.at(theta=theta),
-        start=text,
-        cost=float(result.cost[best]),
-        iterations=int(result.iterations[best]),
-        status=status,
-        message=message,
-        terms=energy.accounts(theta),
-        active=active,
-        history=_history(result, best, start.shape),
+    start = text.coordinates
+    lower, upper = text.word.bounds
+    problem = Problem(
+        lower,
+        upper,
+        energy.kinks,
+        scale_by_columns=False,
+        tolerances=Tolerances(step=step_tolerance, gain=GAIN, zero=ZERO_COST),
     )
 
+    def run(x0: Array) -> tuple[State, list[Any], list[Account], float]:
+        history: list[Any] = []
+        asking = finish(problem, x0, max_iterations, history)
+        state = drive(asking, energy.residual, energy.jacobian)
+        accounts = energy.accounts(state.x, state.residual)
+        return state, history, accounts, max(account.miss or 0.0 for account in accounts)
 
-def _history(result: Result, index: int, shape: tuple[int, ...]) -> list[Iterate]:
-    """The steps of one of many solves: those that changed its cost."""
-    steps: list[Iterate] = []
-    for x, cost in result.history:
-        if not steps or cost[index] != steps[-1].cost:
-            steps.append(Iterate(x[index].reshape(shape), float(cost[index])))
-    return steps
+    best = run(start.ravel())
+    if best[-1] > MET and restarts > 0:
+        # The same places at every call, so that a solve can be repeated.
+        for place in np.random.default_rng(0).uniform(lower, upper, (restarts, start.size)):
+            other = run(place)
+            if other[0].cost < best[0].cost and other[-1] < best[-1] - MET:
+                best = other
+
+    state, history, accounts, miss = best
+    active = active_bounds(problem, state, energy.jacobian).reshape(start.shape)
+    status = ("unreachable" if miss > MET else "converged") if state.reason else "running"
+    return Solution(
+        text=text.moved(state.x.reshape(start.shape)),
+        start=text,
+        cost=state.cost,
+        iterations=state.iterations,
+        status=status,
+        message=_explain(text, active, miss) if state.reason else LIMIT.format(max_iterations),
+        terms=accounts,
+        active=active,
+        history=[Iterate(x.reshape(start.shape), cost) for x, cost in history],
+    )
 
 
 def _explain(text: Text, active: Array, miss: float) -> str:

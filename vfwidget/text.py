@@ -45,7 +45,7 @@ class Text:
     Raises
     ------
     TextError
-        The string is empty.
+        The string is empty, or holds invisible characters only.
     GlyphError
         The font lacks a character.
     AxisError
@@ -126,13 +126,21 @@ class Text:
         """
         if (axes is None) == (theta is None):
             raise AxisError("Give either axes= or theta=.")
+        if axes is not None:
+            return self.moved(*self._read_axes(axes))
+        return self.moved(to_array(self._check(theta)).copy())
+
+    def moved(self, coordinates: Array, axes: list[dict[str, float]] | None = None) -> Text:
+        """:meth:`at`, for coordinates that need no check."""
         moved = object.__new__(Text)
         moved.word, moved._outline = self.word, self._outline
-        if axes is not None:
-            moved._theta, moved._axes = self._read_axes(axes)
-        else:
-            moved._theta, moved._axes = to_array(self._check(theta)).copy(), None
+        moved._theta, moved._axes = coordinates, axes
         return moved
+
+    @property
+    def coordinates(self) -> Array:
+        """:attr:`theta` as the array it is, not to be written to."""
+        return self._theta
 
     def points(self, theta: ArrayLike | None = None) -> torch.Tensor:
         """All control points laid out in the word, (K, 2) (Eq. 3); autograd passes.

@@ -32,8 +32,9 @@ ON_KINK = 1e-9
 class Regions:
     """The supports of m delta sets over n axes, made ready for evaluation.
 
-    Each support function is held as two lines, ``a + b·w``: one that rises on
-    ``(start, peak)`` and one that falls on ``(peak, end)``. An axis that takes no part is a
+    A region takes part in few axes, so each is kept as q *slots*, one for each axis it depends
+    on, q being the most that any has. A slot's support function is two lines, ``a + b·w``: one
+    that rises on ``(start, peak)`` and one that falls on ``(peak, end)``. A slot to spare is a
     rising line of height 1 and slope 0 that never ends, so it needs no case of its own.
 
     Parameters
@@ -43,67 +44,75 @@ class Regions:
     """
 
     def __init__(self, support: ArrayLike) -> None:
-        support = to_array(support)
-        start, peak, end = support[..., 0], support[..., 1], support[..., 2]
-        idle = (peak == 0) | (start > peak) | (peak > end) | ((start < 0) & (end > 0))
+        self.support = to_array(support)
+        n = self.support.shape[1]
+        start, peak, end = np.moveaxis(self.support, -1, 0)
+        takes_part = ~((peak == 0) | (start > peak) | (peak > end) | ((start < 0) & (end > 0)))
+        self.breakpoints = [np.unique(self.support[takes_part[:, i], i]) for i in range(n)]
+        """Sorted coordinates at which each axis has a kink."""
+        q = max(1, int(takes_part.sum(1).max(initial=0)))
+        # Axes that take part come first; a slot beyond them is idle, whichever axis it names.
+        self.axis = np.argsort(~takes_part, axis=1, kind="stable")[:, :q]
+        """Which axis each slot belongs to, (m, q)."""
+        self.axis = np.pad(self.axis, ((0, 0), (0, q - self.axis.shape[1])))
+        used = np.arange(q) < takes_part.sum(1)[:, None]
+        start, peak, end = (np.take_along_axis(side, self.axis, 1) for side in (start, peak, end))
+        self.one_hot = (used[..., None] & (self.axis[..., None] == np.arange(n))).astype(float)
+        """1 where a slot belongs to an axis, (m, q, n)."""
+
         rise = np.where(peak > start, peak - start, 1.0)
         fall = np.where(end > peak, end - peak, 1.0)
-        self.support = support
-        self.breakpoints = [
-            np.unique(support[:, axis][~idle[:, axis]]) for axis in range(support.shape[1])
-        ]
-        """Sorted coordinates at which each axis has a kink."""
-        self._start = np.where(idle, -np.inf, start)
-        self._peak = np.where(idle, np.inf, peak)
-        self._end = np.where(idle, np.inf, end)
-        self._rise = np.where(idle, 1.0, -start / rise), np.where(idle, 0.0, 1 / rise)
-        self._fall = end / fall, -1 / fall
-        # A support that ends (or starts) at its peak drops from 1 to 0 there: at the peak itself
-        # it is 1, so there the question is moved a hair to the side on which it has a line.
-        cliff, wall = ~idle & (peak == end), ~idle & (peak == start)
-        spike = cliff & wall
-        self._start = np.where(spike, peak - 2 * ON_KINK, self._start)
-        self._rise = np.where(spike, 1.0, self._rise[0]), np.where(spike, 0.0, self._rise[1])
-        self._steep = cliff | wall
-        self._inside = np.where(cliff, peak - ON_KINK, peak + ON_KINK)
-        self._any_steep = bool(self._steep.any())
-        self._identity = np.eye(support.shape[1])
+        cliff, wall = used & (peak == end), used & (peak == start)
+        flat = ~used | (cliff & wall)
+        self._rising = np.stack([np.where(flat, 1.0, -start / rise), np.where(flat, 0.0, 1 / rise)])
+        self._falling = np.stack([end / fall, -1 / fall])
+        # Where a line begins to hold. On a kink it is the one to the right; at the upper end of
+        # the axis, where there is nothing to the right, it is the one to the left.
+        self._start = np.where(used, start - ON_KINK, -np.inf)
+        self._peak = np.where(used & (peak < 1), peak - ON_KINK, np.inf)
+        self._end = np.where(used & (end < 1), end - ON_KINK, np.inf)
+        # A support that ends (or starts) at its peak drops from 1 to 0 there, but is 1 at the
+        # peak itself: its line holds a hair longer.
+        self._peak = np.where(cliff, np.inf, np.where(wall, -np.inf, self._peak))
+        self._end = np.where(cliff & (end < 1), end + ON_KINK, self._end)
+        self._own = np.eye(q)
 
     def _pieces(self, w: Any) -> tuple[Any, Any]:
-        """φ and its slope for every delta set and axis: two (..., m, n) arrays."""
-        xp = namespace(w)
-        start, peak, end, rise_a, rise_b, fall_a, fall_b = (
-            like(line, w) for line in (self._start, self._peak, self._end, *self._rise, *self._fall)
-        )
-        w = w[..., None, :]
-        v = w + xp.where(w < 1, ON_KINK, -ON_KINK)
-        if self._any_steep:
-            at_peak = (abs(w - peak) <= ON_KINK) & (like(self._steep, w) > 0)
-            v = xp.where(at_peak, like(self._inside, w), v)
-        rising = (v > start) & (v < peak)
-        falling = (v > peak) & (v < end)
-        phi = xp.where(rising, rise_a + rise_b * w, xp.where(falling, fall_a + fall_b * w, 0.0))
-        slope = xp.where(rising, rise_b, xp.where(falling, fall_b, 0.0))
-        return phi, slope
+        """φ and its slope for every slot: two (..., m, q) arrays."""
+        if type(w) is np.ndarray:
+            w = w.take(self.axis, -1)
+        else:
+            w = w[..., self.axis]
+        inside = (w > like(self._start, w)) & (w < like(self._end, w))
+        before = (w < like(self._peak, w))[..., None, :, :]
+        lines = namespace(w).where(before, like(self._rising, w), like(self._falling, w))
+        lines = lines * inside[..., None, :, :]
+        height, slope = lines[..., 0, :, :], lines[..., 1, :, :]
+        return height + slope * w, slope
 
     def factors(self, w: Any) -> Any:
-        """φ of every delta set on every axis, (..., m, n), at w (..., n)."""
-        return self._pieces(w)[0]
+        """φ of every delta set on every axis, (..., m, n), at w (..., n); 1 where it takes none."""
+        phi, _ = self._pieces(w)
+        return 1 + ((phi - 1)[..., None, :] @ like(self.one_hot, w))[..., 0, :]
 
     def scalars(self, w: Any) -> Any:
         """γ(w) of Eq. 2, (..., m), at normalized coordinates w (..., n); autograd passes."""
         return self._pieces(w)[0].prod(-1)
 
-    def scalars_and_jacobian(self, w: Any) -> tuple[Any, Any]:
-        """γ(w), (..., m), and its closed-form derivative ∂γ/∂w, (..., m, n).
+    def scalars_and_slopes(self, w: Any) -> tuple[Any, Any]:
+        """γ(w), (..., m), and its derivative by the axis of each slot, (..., m, q).
 
-        By the product rule each entry is one axis's slope times the other axes' factors.
+        By the product rule each is one slot's slope times the other slots' factors.
         """
         xp = namespace(w)
         phi, slope = self._pieces(w)
-        own = like(self._identity, w) > 0
-        replaced = xp.where(own, slope[..., :, None], phi[..., None, :])
-        return phi.prod(-1), replaced.prod(-1)
+        others = xp.where(like(self._own, w) > 0, 1.0, phi[..., None, :]).prod(-1)
+        return phi.prod(-1), slope * others
+
+    def scalars_and_jacobian(self, w: Any) -> tuple[Any, Any]:
+        """γ(w), (..., m), and its closed-form derivative ∂γ/∂w, (..., m, n)."""
+        gamma, slopes = self.scalars_and_slopes(w)
+        return gamma, (slopes[..., None, :] @ like(self.one_hot, w))[..., 0, :]
 
 
 def merge_regions(supports: list[Array]) -> tuple[Array, list[IntArray]]:

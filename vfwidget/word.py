@@ -13,14 +13,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .arrays import Array, IntArray, like, namespace
+from .arrays import Array, BoolArray, IntArray, like, namespace
 from .bezier import bernstein, segment_indices
 from .font import Font, Glyph
+from .least_squares import kink_table
 from .variation import Regions, merge_regions, selection
+
+KNOWN_SETS = 64
+"""Sets of points a word remembers the rows of."""
 
 
 @dataclass(frozen=True)
@@ -56,22 +61,45 @@ class PointSet:
         Over the word's merged regions.
     before : (p, l) array
         1 where a letter stands before the point's own and so pushes it along, else 0.
+    word : Word
     """
 
     letter: IntArray
     base: Array
     deltas: Array
     before: Array
+    word: Word = field(repr=False)
 
-    @staticmethod
-    def join(sets: Sequence[PointSet]) -> PointSet:
-        """Several sets of one word as one, in order."""
-        return PointSet(
-            np.concatenate([s.letter for s in sets]),
-            np.concatenate([s.base for s in sets]),
-            np.concatenate([s.deltas for s in sets]),
-            np.concatenate([s.before for s in sets]),
-        )
+    @cached_property
+    def rows(self) -> Rows:
+        """The coordinates of these points as rows over all scaling factors of the word."""
+        word, flat = self.word, self.deltas.reshape(self.base.size, -1)
+        pushed = np.zeros((self.base.size, len(word.glyphs)))
+        pushed[0::2] = self.before
+        gain = word.advance_rows(pushed)
+        if word.shared:
+            gain += flat
+        else:
+            m = flat.shape[1]
+            for row, letter in enumerate(np.repeat(self.letter, 2)):
+                gain[row, letter * m : (letter + 1) * m] += flat[row]
+        return Rows(self.base.ravel() + pushed @ word.advance_base, gain, pushed)
+
+
+class Rows(NamedTuple):
+    """2 p coordinates, x and y in turn: ``base + gain @ γ``, as long as no advance is held at 0.
+
+    Attributes
+    ----------
+    base : (2 p,) array
+    gain : (2 p, parameters · M) array
+    pushed : (2 p, l) array
+        How much of each letter's advance is in ``base`` and ``gain``.
+    """
+
+    base: Array
+    gain: Array
+    pushed: Array
 
 
 class Word:
@@ -105,12 +133,40 @@ class Word:
         support, indices = merge_regions(supports)
         count = len(self.glyphs)
         self.regions = Regions(support)
+        self._kinks: dict[bytes, Array] = {}
+        self._known: dict[tuple[Handle, ...], PointSet] = {}
         self.outline_regions, self.advance_regions = indices[:count], indices[count:]
         self.advance_base = np.array([g.affine.advance_base for g in self.glyphs])
         self.advance_deltas = np.zeros((count, len(support)))
         for letter, glyph in enumerate(self.glyphs):
             spread = selection(self.advance_regions[letter], len(support))
             self.advance_deltas[letter] = glyph.affine.advance_deltas @ spread
+
+    def kinks(self, felt: BoolArray) -> Array:
+        """Where each coordinate of flat Θ has a kink in some of these of the M regions, padded."""
+        key = felt.tobytes()
+        if key not in self._kinks:
+            breakpoints = Regions(self.regions.support[felt]).breakpoints
+            table = kink_table(breakpoints, len(breakpoints))
+            self._kinks[key] = np.tile(table, (self.parameters, 1))
+        return self._kinks[key]
+
+    def advance_rows(self, pushed: Array) -> Array:
+        """Advances as rows over the scaling factors: weights (r, l) to (r, parameters · M)."""
+        if self.shared:
+            return pushed @ self.advance_deltas
+        return (pushed[..., None] * self.advance_deltas).reshape(len(pushed), -1)
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Least and greatest flat Θ, two (parameters · n,) arrays."""
+        lower, upper = self.font.bounds
+        return np.tile(lower, self.parameters), np.tile(upper, self.parameters)
+
+    @cached_property
+    def can_vanish(self) -> Array:
+        """Which letters' advances might come to nothing somewhere, (l,): their least sum is < 0."""
+        return self.advance_base + np.minimum(self.advance_deltas, 0).sum(1) < 0
 
     @property
     def parameters(self) -> int:
@@ -128,6 +184,15 @@ class Word:
 
     def at_handles(self, handles: Sequence[Handle]) -> PointSet:
         """The handles' points, each a blend of the four control points of its segment."""
+        # A drag asks for the same few points at every event.
+        key = tuple(handles)
+        if key not in self._known:
+            if len(self._known) >= KNOWN_SETS:
+                self._known.clear()
+            self._known[key] = self._blend(key)
+        return self._known[key]
+
+    def _blend(self, handles: tuple[Handle, ...]) -> PointSet:
         letter = np.array([h.glyph for h in handles], dtype=np.intp)
         base, deltas = [], []
         for h in handles:
@@ -147,6 +212,7 @@ class Word:
             np.zeros((1, 2)),
             np.zeros((1, 2, len(self.regions.support))),
             np.ones((1, len(self.glyphs))),
+            self,
         )
 
     def _spread(self, letter: int, points: Any = slice(None)) -> Array:
@@ -156,13 +222,16 @@ class Word:
 
     def _point_set(self, letter: IntArray, base: Array, deltas: Array) -> PointSet:
         before = np.arange(len(self.glyphs)) < letter[:, None]
-        return PointSet(letter, base + self.offsets[letter], deltas, before.astype(np.float64))
+        return PointSet(
+            letter, base + self.offsets[letter], deltas, before.astype(np.float64), self
+        )
 
     def advances(self, gamma: Any) -> Any:
         """Advance width of each letter, (..., l), from the scaling factors γ (..., 1 or l, M)."""
-        return self._unclipped_advances(gamma).clip(0)
+        return self.unclipped_advances(gamma).clip(0)
 
-    def _unclipped_advances(self, gamma: Any) -> Any:
+    def unclipped_advances(self, gamma: Any) -> Any:
+        """What the deltas of each advance add up to, (..., l), be it less than nothing."""
         varied = (like(self.advance_deltas, gamma) * gamma).sum(-1)
         return like(self.advance_base, gamma) + varied
 
@@ -174,13 +243,13 @@ class Word:
     def positions(self, points: PointSet, theta: Any) -> Any:
         """The points at Θ, (..., p, 2) (Eq. 3)."""
         gamma = self.regions.scalars(theta)
-        return self._place(points, gamma, self._unclipped_advances(gamma))
+        return self._place(points, gamma, self.unclipped_advances(gamma))
 
     def positions_and_jacobian(self, points: PointSet, theta: Any) -> tuple[Any, Any]:
         """The points at Θ, (..., p, 2), and their derivative, (..., p, 2, 1 or l, n)."""
         xp = namespace(theta)
         gamma, slopes = self.regions.scalars_and_jacobian(theta)
-        advances = self._unclipped_advances(gamma)
+        advances = self.unclipped_advances(gamma)
         position = self._place(points, gamma, advances)
         deltas, before = like(points.deltas, theta), like(points.before, theta)
         # An advance that is held at zero has no slope; one that is zero of itself has.

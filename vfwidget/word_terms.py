@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -36,18 +36,20 @@ class StayClose(Term):
     """
 
     weight: float = 1e-3
+    affine: ClassVar[bool] = True
     theta: ArrayLike | None = None
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
-        return replace(self, theta=to_array(text.theta if self.theta is None else self.theta))
+        return replace(self, theta=text.coordinates if self.theta is None else to_array(self.theta))
 
     def residual(self, points: Array, theta: Array) -> Array:
         return math.sqrt(self.weight) * (theta - to_array(self.theta)).ravel()
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
-        identity = np.eye(theta.size).reshape(theta.size, *theta.shape)
-        return Derivative(theta=math.sqrt(self.weight) * identity)
+        identity = np.zeros((theta.size, theta.size))
+        identity.flat[:: theta.size + 1] = math.sqrt(self.weight)
+        return Derivative(theta=identity.reshape(theta.size, *theta.shape))
 
 
 @dataclass(frozen=True)
@@ -60,18 +62,20 @@ class AxisTarget(Term):
     letter : int, optional
         Which letter's axes, where each has its own; by default all.
     weight : float
-        In squared font units per squared normalized unit.
+        In squared font units per squared normalized unit: by default an axis's whole way from
+        default to end counts as much as 100 font units.
     """
 
     axes: Mapping[str, float]
     letter: int | None = None
-    weight: float = 1.0
+    weight: float = 1e4
+    affine: ClassVar[bool] = True
     _goal: Any = field(default=None, repr=False)
     _rows: Any = field(default=None, repr=False)
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
-        letters, n = text.theta.shape
+        letters, n = text.coordinates.shape
         tags = [axis.tag for axis in text.font.axes]
         goal = to_array(text.font.normalize(self.axes))
         wanted = [i for i in range(n) if tags[i] in self.axes]
@@ -103,6 +107,7 @@ class Width(Term):
 
     measure: float
     weight: float = 1.0
+    affine: ClassVar[bool] = True
 
     def bind(self, text: Text) -> Term:
         if not math.isfinite(self.measure):
@@ -118,8 +123,8 @@ class Width(Term):
     def derivative(self, points: Array, theta: Array) -> Derivative:
         return Derivative(points=math.sqrt(self.weight) * np.array([[[1.0, 0.0]]]))
 
-    def miss(self, points: Array) -> float:
-        return float(abs(points[0, 0] - self.measure))
+    def miss(self, residual: Array) -> float:
+        return abs(float(residual[0])) / math.sqrt(self.weight)
 
 
 @dataclass(frozen=True)
@@ -173,8 +178,8 @@ class Area(Term):
         scale = self._sign * math.sqrt(self.weight / (self.area or 1.0))
         return Derivative(points=scale * by[None])
 
-    def miss(self, points: Array) -> float:
-        return float(abs(self.residual(points, np.zeros(0))[0])) / math.sqrt(self.weight or 1.0)
+    def miss(self, residual: Array) -> float:
+        return abs(float(residual[0])) / math.sqrt(self.weight)
 
     def _measure(self, points: Array) -> float:
         x, y = (points[self._contours, i] for i in range(2))

@@ -8,16 +8,16 @@ User coordinates are the numbers on a slider (``wght`` 100–900). Normalized co
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from fontTools.ttLib import TTFont
 
 from ..arrays import Array, is_tensor
-from ..errors import AxisError, AxisWarning, FontError
+from ..errors import AxisError, FontError, warn_clamped
 
 IDENTITY_MAP = ((-1.0, -1.0), (0.0, 0.0), (1.0, 1.0))
 
@@ -54,7 +54,7 @@ class Axis:
         A tensor gives a float64 tensor, differentiable with slope 0 outside the range; at a
         corner of the segment map with the slope to the right, as everywhere in this package.
         """
-        users, normals = self._knots()
+        users, normals = self._knots
         if not is_tensor(value):
             return float(np.interp(value, users, normals))
         if len(users) == 1:
@@ -70,7 +70,7 @@ class Axis:
         Where the segment map is flat, several user values share one w; the one nearest the
         default is given.
         """
-        users, normals = self._knots()
+        users, normals = self._knots
         if w == self.normalize(self.default):
             return self.default
         # Walking outwards from the default finds the nearest preimage on a flat stretch.
@@ -79,6 +79,7 @@ class Axis:
             return _first_crossing(w, normals[at:], users[at:])
         return _first_crossing(-w, -normals[at::-1], users[at::-1])
 
+    @cached_property
     def _knots(self) -> tuple[Array, Array]:
         """The whole map, user → normalized, as the corners of one piecewise linear function."""
         corners: dict[float, float] = {}
@@ -137,6 +138,8 @@ def read_axes(font: TTFont) -> tuple[Axis, ...]:
         maps = font["avar"].segments
     axes = []
     for key, record in zip(keys, font["fvar"].axes, strict=True):
+        if not isinstance(record.axisTag, str):
+            raise FontError(f"An axis has the tag {record.axisTag!r}, which is not ASCII text.")
         if not record.minValue <= record.defaultValue <= record.maxValue:
             raise FontError(f"Axis {record.axisTag!r} has its default outside its range.")
         # Corners of a segment map may be left out at the ends and the middle.
@@ -225,11 +228,9 @@ def _checked(axis: Axis, value: Any) -> Any:
     if not math.isfinite(number):
         raise AxisError(f"Axis {axis.tag!r} needs a finite number, not {value!r}.")
     if not axis.minimum <= number <= axis.maximum:
-        warnings.warn(
+        warn_clamped(
             f"{axis.tag}={number:g} lies outside {axis.minimum:g} … {axis.maximum:g} "
-            "and was clamped.",
-            AxisWarning,
-            stacklevel=5,
+            "and was clamped."
         )
     return value if is_tensor(value) else number
 

@@ -15,7 +15,7 @@ from ..errors import AxisError, FontError, GlyphError
 from . import axes as axis_maths
 from .glyph import Glyph
 from .shaping import ShapedGlyph, Shaper
-from .source import FontSource, open_font
+from .source import FontSource, open_font, reason
 
 if TYPE_CHECKING:
     import torch
@@ -74,9 +74,7 @@ class Font:
             raise
         except Exception as error:
             # fontTools meets damaged tables with any exception at all.
-            raise FontError(
-                f"The font file is damaged or truncated ({type(error).__name__}: {error})."
-            ) from error
+            raise FontError(f"The font file is damaged or truncated ({reason(error)}).") from error
         self._ttfont = ttfont
         self._glyphs: dict[str, Glyph] = {}
 
@@ -181,7 +179,9 @@ class Font:
             except FontError:
                 raise
             except Exception as error:
-                raise FontError(f"The data of glyph {name!r} are damaged ({error}).") from error
+                raise FontError(
+                    f"The data of glyph {name!r} are damaged ({reason(error)})."
+                ) from error
         return self._glyphs[name]
 
     def _glyph_name(self, key: str | int) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from fontTools.ttLib import TTFont
 
 from ..arrays import Array
+from ..errors import FontError
 from .truetype import PHANTOMS, RawOutline
 
 
@@ -41,4 +42,7 @@ def read_advance(font: TTFont, name: str, raw: RawOutline) -> tuple[float, Array
         support[j] = [
             (axis.StartCoord, axis.PeakCoord, axis.EndCoord) for axis in region.VarRegionAxis
         ]
-    return default, np.array(data.Item[inner], dtype=np.float64), support
+    deltas = np.array(data.Item[inner], dtype=np.float64)
+    if len(deltas) != len(regions):
+        raise FontError(f"The HVAR table is damaged: too few deltas for glyph {name!r}.")
+    return default, deltas, support

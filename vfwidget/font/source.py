@@ -65,9 +65,14 @@ def open_font(source: FontSource) -> TTFont:
             )
     try:
         # A damaged file can fail anywhere in the parser, with any exception.
-        return TTFont(io.BytesIO(data), fontNumber=0, lazy=True)
+        font = TTFont(io.BytesIO(data), fontNumber=0, lazy=True)
     except Exception as error:
-        raise FontError(f"Not a font file that can be read ({_reason(error)}).") from error
+        raise FontError(f"Not a font file that can be read ({reason(error)}).") from error
+    # A WOFF2 file has been unpacked in full by now; of the others only the directory was read.
+    tables = font.reader.tables.values() if font.reader.flavor != "woff2" else ()
+    if any(table.offset + table.length > len(data) for table in tables):
+        raise FontError("The font file is truncated: it ends before its tables do.")
+    return font
 
 
 def _read(source: str | os.PathLike[str]) -> bytes:
@@ -85,7 +90,7 @@ def _read(source: str | os.PathLike[str]) -> bytes:
             with urllib.request.urlopen(name, timeout=URL_TIMEOUT_SECONDS) as response:
                 return bytes(response.read(MAX_FILE_BYTES + 1))
         except (OSError, ValueError, HTTPException) as error:
-            raise FontError(f"Could not download {name} ({_reason(error)}).") from error
+            raise FontError(f"Could not download {name} ({reason(error)}).") from error
     try:
         path = Path(name).expanduser()
         # A pipe or a device could go on for ever.
@@ -100,5 +105,6 @@ def _read(source: str | os.PathLike[str]) -> bytes:
         ) from error
 
 
-def _reason(error: Exception) -> str:
+def reason(error: Exception) -> str:
+    """An exception in words: its class, and its message if it has one."""
     return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
