@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -179,8 +180,8 @@ def least_squares(
     states = drive_many(askings, start, answer, derivative)
     slopes = derivative(np.stack([state.x for state in states]))
     actives = [
-        active_bounds(problem, state, lambda _, row=row: slopes[row])
-        for row, (problem, state) in enumerate(zip(problems, states, strict=True))
+        active_bounds(problem, state, partial(lambda own, _: own, own))
+        for problem, state, own in zip(problems, states, slopes, strict=True)
     ]
     return _result(states, actives, histories, outside, max_iterations, single=False)
 

@@ -100,7 +100,8 @@ class Problem:
 
     def cost(self, residual: Array) -> float:
         """Cost of a residual; infinite where it is not finite."""
-        value = float(robust_cost(residual, self.loss, self.loss_scale))
+        with np.errstate(all="ignore"):
+            value = float(robust_cost(residual, self.loss, self.loss_scale))
         return value if math.isfinite(value) else math.inf
 
 

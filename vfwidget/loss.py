@@ -45,14 +45,14 @@ def rho(z: Any, loss: str) -> tuple[Any, Any, Any]:
 
 
 def robust_cost(residual: Any, loss: str, scale: float) -> Any:
-    """The cost (...) of residuals (..., m)."""
+    """The cost of residuals (m,)."""
     if loss == "linear":
-        return (residual * residual).sum(-1)
-    return scale**2 * rho((residual / scale) ** 2, loss)[0].sum(-1)
+        return residual @ residual
+    return scale**2 * rho((residual / scale) ** 2, loss)[0].sum()
 
 
 def rescale(residual: Any, jacobian: Any, loss: str, scale: float) -> tuple[Any, Any]:
-    """Residuals (..., m) and Jacobian (..., m, n) that a least-squares step may take as linear."""
+    """Residuals (m,) and Jacobian (m, n) that a least-squares step may take as linear."""
     if loss == "linear":
         return residual, jacobian
     xp = namespace(residual)
