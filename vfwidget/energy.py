@@ -8,13 +8,13 @@ term costs what its few handles cost, not what the outline does.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from .arrays import Array
+from .arrays import Array, BoolArray
 from .errors import SolveError
 from .text import Text
 from .word import Handle, PointSet
@@ -34,6 +34,12 @@ class Derivative:
 
     points: Array | None = None
     theta: Array | None = None
+
+    @property
+    def size(self) -> int:
+        """How many residuals, r."""
+        by = self.points if self.points is not None else self.theta
+        return 0 if by is None else len(by)
 
 
 class Term:
@@ -66,6 +72,10 @@ class Term:
             if not isinstance(handle, Handle) or not text.owns(handle):
                 raise SolveError(f"{handle!r} is not a handle of the text {text.string!r}.")
         return self
+
+    def key(self) -> Hashable:
+        """What an affine term's derivative depends on, its kind included."""
+        return type(self), self.weight, self.handles
 
     def label(self) -> str:
         """Its kind, and the letters it touches, for a report."""
@@ -202,43 +212,28 @@ class AffineRows:
 
     def __init__(self, text: Text, terms: Sequence[tuple[Term, PointSet]]) -> None:
         self._word = word = text.word
-        parameters, n = text.coordinates.shape
-        m = len(word.regions.support)
-        rows = [AffineRow.of(term, points, text.coordinates) for term, points in terms]
-        # Rows that no point moves come last, and are left out of the sums over regions.
-        moving = [row for row in rows if row.gain is not None]
-        rest = [row for row in rows if row.gain is None]
-        ends = np.cumsum([0, *(len(row.constant) for row in moving + rest)])
-        places = {id(row): slice(*ends[i : i + 2]) for i, row in enumerate(moving + rest)}
-        self._slices = [places[id(row)] for row in rows]
-        self._constant = np.concatenate([np.zeros(0), *(row.constant for row in moving + rest)])
-        self._straight = np.concatenate(
-            [np.zeros((0, parameters * n)), *(row.straight for row in moving + rest)]
-        )
-        self._gain = np.concatenate(
-            [np.zeros((0, parameters * m)), *(row.gain for row in moving if row.gain is not None)]
-        )
-        self._pushed = np.concatenate(
-            [
-                np.zeros((0, len(word.glyphs))),
-                *(row.pushed for row in moving if row.pushed is not None),
-            ]
-        )
-        self._moving = slice(len(self._gain))
-        self.felt = (self._gain != 0).any(0).reshape(parameters, m).any(0)
-        self._may_vanish = bool((self._pushed != 0)[:, word.can_vanish].any())
+        # A drag brings the same terms at every event; only what they ask for changes.
+        key = tuple(term.key() for term, _ in terms)
+        self._compiled = word.remember(key, lambda: CompiledRows.of(text, terms))
+        constant = self._compiled.offset.copy()
+        zero = np.zeros_like(text.coordinates)
+        for (term, points), part in zip(terms, self._compiled.slices, strict=True):
+            constant[part] += term.residual(np.zeros((len(points.letter), 2)), zero)
+        self._constant = constant
+        self.felt = self._compiled.felt
 
     def split(self, residual: Array) -> list[Array]:
         """Each term's part of the residual, in the order the terms were given."""
-        return [residual[part] for part in self._slices]
+        return [residual[part] for part in self._compiled.slices]
 
     def evaluate(self, theta: Array) -> tuple[Array, Array]:
         """Residuals (r,) and their derivative by flat Θ, (r, parameters · n)."""
-        regions, moving = self._word.regions, self._moving
+        regions, compiled = self._word.regions, self._compiled
         gamma, slopes = regions.scalars_and_slopes(theta)
-        gain = self._gain
-        residual = self._constant + self._straight @ theta.ravel()
-        if self._may_vanish:
+        gain = compiled.gain
+        moving = slice(len(gain))
+        residual = self._constant + compiled.straight @ theta.ravel()
+        if compiled.may_vanish:
             residual[moving], gain = self._hold_advances(residual[moving], gamma)
         residual[moving] += gain @ gamma.ravel()
         # (row, letter, region · slot) times the one-hot matrix of the slots' axes.
@@ -246,54 +241,83 @@ class AffineRows:
         weighted = gain[..., None] * slopes.reshape(-1, q)
         one_hot = regions.one_hot.reshape(-1, theta.shape[-1])
         by_axis = weighted.reshape(len(gain), len(theta), len(one_hot)) @ one_hot
-        jacobian = self._straight.copy()
+        jacobian = compiled.straight.copy()
         jacobian[moving] += by_axis.reshape(len(gain), theta.size)
         return residual, jacobian
 
     def _hold_advances(self, residual: Array, gamma: Array) -> tuple[Array, Array]:
         """Take out again what advances below zero would push: they are held at zero."""
-        word = self._word
+        word, compiled = self._word, self._compiled
         negative = word.unclipped_advances(gamma) < 0
         if not negative.any():
-            return residual, self._gain
-        pushed = self._pushed * negative
-        return residual - pushed @ word.advance_base, self._gain - word.advance_rows(pushed)
+            return residual, compiled.gain
+        pushed = compiled.pushed * negative
+        return residual - pushed @ word.advance_base, compiled.gain - word.advance_rows(pushed)
 
 
 @dataclass(frozen=True)
-class AffineRow:
-    """The rows of one affine term.
+class CompiledRows:
+    """What affine terms' rows keep while their goals change.
+
+    Rows that no point moves come last, and are left out of ``gain`` and ``pushed``.
 
     Attributes
     ----------
-    constant : (r,) array
+    offset : (r,) array
+        c, but for the terms' own constants.
     straight : (r, parameters · n) array
         T.
-    gain : (r, parameters · M) array, optional
-        G; None where no point moves the term.
-    pushed : (r, l) array, optional
+    gain : (r', parameters · M) array
+        G.
+    pushed : (r', l) array
         How much of each letter's advance is in G.
+    slices : list of slice
+        Where each term's rows are.
+    felt : (M,) bool array
+    may_vanish : bool
+        Whether an advance in G can come to less than nothing.
     """
 
-    constant: Array
+    offset: Array
     straight: Array
-    gain: Array | None
-    pushed: Array | None
+    gain: Array
+    pushed: Array
+    slices: list[slice]
+    felt: BoolArray
+    may_vanish: bool
 
     @staticmethod
-    def of(term: Term, points: PointSet, theta: Array) -> AffineRow:
-        """Compile a term: its residual and derivative are asked for once, at nowhere."""
-        nowhere, zero = np.zeros((len(points.letter), 2)), np.zeros_like(theta)
-        constant, by = term.residual(nowhere, zero), term.derivative(nowhere, zero)
-        count = len(constant)
-        if by.theta is not None:
-            straight = by.theta.reshape(count, theta.size)
-        else:
-            straight = np.zeros((count, theta.size))
-        if by.points is None:
-            return AffineRow(constant, straight, None, None)
-        rows = points.rows
-        flat = by.points.reshape(count, len(rows.base))
-        return AffineRow(
-            constant + flat @ rows.base, straight, flat @ rows.gain, flat @ rows.pushed
+    def of(text: Text, terms: Sequence[tuple[Term, PointSet]]) -> CompiledRows:
+        """Compile terms: their derivatives, being constant, are asked for once, at nowhere."""
+        word, zero = text.word, np.zeros_like(text.coordinates)
+        parts = [term.derivative(np.zeros((len(p.letter), 2)), zero) for term, p in terms]
+        offset, straight = [np.zeros(0)], [np.zeros((0, zero.size))]
+        gain = [np.zeros((0, len(zero) * len(word.regions.support)))]
+        pushed = [np.zeros((0, len(word.glyphs)))]
+        slices = [slice(0)] * len(parts)
+        end = 0
+        for index in sorted(range(len(parts)), key=lambda i: parts[i].points is None):
+            by, size = parts[index], parts[index].size
+            slices[index] = slice(end, end + size)
+            end += size
+            own = np.zeros((size, zero.size)) if by.theta is None else by.theta
+            straight.append(own.reshape(size, zero.size))
+            if by.points is None:
+                offset.append(np.zeros(size))
+                continue
+            rows = terms[index][1].rows
+            flat = by.points.reshape(size, len(rows.base))
+            offset.append(flat @ rows.base)
+            gain.append(flat @ rows.gain)
+            pushed.append(flat @ rows.pushed)
+        gains, pushes = np.concatenate(gain), np.concatenate(pushed)
+        felt = (gains != 0).any(0).reshape(len(zero), len(word.regions.support)).any(0)
+        return CompiledRows(
+            offset=np.concatenate(offset),
+            straight=np.concatenate(straight),
+            gain=gains,
+            pushed=pushes,
+            slices=slices,
+            felt=felt,
+            may_vanish=bool((pushes != 0)[:, word.can_vanish].any()),
         )

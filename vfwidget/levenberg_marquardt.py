@@ -100,8 +100,7 @@ class Problem:
 
     def cost(self, residual: Array) -> float:
         """Cost of a residual; infinite where it is not finite."""
-        with np.errstate(all="ignore"):
-            value = float(robust_cost(residual, self.loss, self.loss_scale))
+        value = float(robust_cost(residual, self.loss, self.loss_scale))
         return value if math.isfinite(value) else math.inf
 
 
@@ -177,6 +176,9 @@ def step(problem: Problem, state: State) -> Asking:
         return
     system = _damped(problem, state, model)
     trial = yield from _try(problem, state, model, system, model.low, model.high)
+    if trial.promised <= tolerances.gain and trial.x is state.x:
+        state.reason = SHORT
+        return
     if trial.gain < GOOD_GAIN and problem.kinks is not None:
         below, above = _cell(problem.kinks, state.x)
         low, high = np.maximum(model.low, below), np.minimum(model.high, above)
@@ -327,7 +329,8 @@ def _judge(tolerances: Tolerances, state: State, trial: _Trial) -> None:
         state.growth = 2.0
         state.iterations += 1
         state.model = None
-        if short or idle:
+        # No step gains more than there is.
+        if short or idle or state.cost <= tolerances.gain:
             state.reason = SHORT
     elif short or trial.promised <= 2e-16 * state.cost:
         state.reason = SHORT

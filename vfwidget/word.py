@@ -11,10 +11,10 @@ and a handful of points costs a handful of rows, however large the glyphs are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
@@ -24,8 +24,9 @@ from .font import Font, Glyph
 from .least_squares import kink_table
 from .variation import Regions, merge_regions, selection
 
-KNOWN_SETS = 64
-"""Sets of points a word remembers the rows of."""
+MOST_KNOWN = 256
+"""How many things a word remembers before it forgets them all."""
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -133,8 +134,7 @@ class Word:
         support, indices = merge_regions(supports)
         count = len(self.glyphs)
         self.regions = Regions(support)
-        self._kinks: dict[bytes, Array] = {}
-        self._known: dict[tuple[Handle, ...], PointSet] = {}
+        self._known: dict[Hashable, Any] = {}
         self.outline_regions, self.advance_regions = indices[:count], indices[count:]
         self.advance_base = np.array([g.affine.advance_base for g in self.glyphs])
         self.advance_deltas = np.zeros((count, len(support)))
@@ -144,12 +144,12 @@ class Word:
 
     def kinks(self, felt: BoolArray) -> Array:
         """Where each coordinate of flat Θ has a kink in some of these of the M regions, padded."""
-        key = felt.tobytes()
-        if key not in self._kinks:
+
+        def table() -> Array:
             breakpoints = Regions(self.regions.support[felt]).breakpoints
-            table = kink_table(breakpoints, len(breakpoints))
-            self._kinks[key] = np.tile(table, (self.parameters, 1))
-        return self._kinks[key]
+            return np.tile(kink_table(breakpoints, len(breakpoints)), (self.parameters, 1))
+
+        return self.remember(felt.tobytes(), table)
 
     def advance_rows(self, pushed: Array) -> Array:
         """Advances as rows over the scaling factors: weights (r, l) to (r, parameters · M)."""
@@ -184,13 +184,16 @@ class Word:
 
     def at_handles(self, handles: Sequence[Handle]) -> PointSet:
         """The handles' points, each a blend of the four control points of its segment."""
-        # A drag asks for the same few points at every event.
         key = tuple(handles)
+        return self.remember(key, lambda: self._blend(key))
+
+    def remember(self, key: Hashable, make: Callable[[], Made]) -> Made:
+        """What was made for this key before, else what is made now: a drag repeats itself."""
         if key not in self._known:
-            if len(self._known) >= KNOWN_SETS:
+            if len(self._known) >= MOST_KNOWN:
                 self._known.clear()
-            self._known[key] = self._blend(key)
-        return self._known[key]
+            self._known[key] = make()
+        return cast(Made, self._known[key])
 
     def _blend(self, handles: tuple[Handle, ...]) -> PointSet:
         letter = np.array([h.glyph for h in handles], dtype=np.intp)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -84,6 +84,9 @@ class AxisTarget(Term):
         rows = range(letters) if self.letter is None else [self.letter]
         index = np.array([[row, i] for row in rows for i in wanted], dtype=np.intp).reshape(-1, 2)
         return replace(self, _goal=goal[index[:, 1]], _rows=index)
+
+    def key(self) -> Hashable:
+        return super().key(), self._rows.tobytes()
 
     def residual(self, points: Array, theta: Array) -> Array:
         return math.sqrt(self.weight) * (theta[self._rows[:, 0], self._rows[:, 1]] - self._goal)
