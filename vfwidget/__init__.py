@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING, Any
 
 from .energy import Term
@@ -23,6 +24,7 @@ from .word import Handle
 from .word_terms import Area, AxisTarget, Residual, StayClose, Width
 
 if TYPE_CHECKING:
+    from . import plot
     from .widget import Editor
 
 __version__ = "0.1.0"
@@ -58,12 +60,15 @@ __all__ = [
     "bundled_fonts",
     "least_squares",
     "load_font",
+    "plot",
     "solve",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """Load the widget, and Jupyter's parts with it, when first asked for."""
+    """Load the widget, with Jupyter's parts, and the figures, with matplotlib, when asked for."""
+    if name == "plot":
+        return importlib.import_module(".plot", __name__)
     if name == "Editor":
         from .widget import Editor
 

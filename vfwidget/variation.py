@@ -90,11 +90,6 @@ class Regions:
         height, slope = lines[..., 0, :, :], lines[..., 1, :, :]
         return height + slope * w, slope
 
-    def factors(self, w: Any) -> Any:
-        """φ of every delta set on every axis, (..., m, n), at w (..., n); 1 where it takes none."""
-        phi, _ = self._pieces(w)
-        return 1 + ((phi - 1)[..., None, :] @ like(self.one_hot, w))[..., 0, :]
-
     def scalars(self, w: Any) -> Any:
         """γ(w) of Eq. 2, (..., m), at normalized coordinates w (..., n); autograd passes."""
         return self._pieces(w)[0].prod(-1)

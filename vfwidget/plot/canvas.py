@@ -1,0 +1,183 @@
+"""What the figures share: Axes to draw in, colours, captions, and glyphs as filled paths."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil
+from typing import Any, TypeAlias
+
+import matplotlib.pyplot as plt
+import numpy as np
+import numpy.typing as npt
+from matplotlib import rcParams
+from matplotlib.axes import Axes
+from matplotlib.figure import SubFigure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+from matplotlib.quiver import Quiver
+
+from ..arrays import Array, to_array
+from ..errors import VFWidgetError
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Okabe and Ito's colours, which the colour-blind can tell apart, the strongest first."""
+BLUE, VERMILLION, GREEN, _, ORANGE, SKY = COLOURS
+GREY = "#999999"
+PALE = {"facecolor": GREY, "alpha": 0.35, "linewidth": 0}
+"""The style of an outline that others are drawn upon."""
+MARGIN = 0.05
+"""Around what is drawn to scale, in parts of its size."""
+PANEL = 4.2, 3.5
+MIN_WIDTH = 6.5
+"""Sizes in inches; a figure is no narrower, for the sake of its title."""
+
+Panels: TypeAlias = npt.NDArray[Any]
+"""A (count,) array of Axes."""
+
+
+def ink() -> str:
+    """The colour of text in the reader's style, so that glyphs show on dark grounds too."""
+    return str(rcParams["text.color"])
+
+
+def single(ax: Axes | None, size: tuple[float, float]) -> Axes:
+    """The Axes given, or those of a new figure of this size in inches."""
+    if ax is None:
+        return plt.subplots(figsize=size, layout="constrained")[1]
+    if not isinstance(ax, Axes):
+        raise TypeError(f"ax is one matplotlib Axes, not {type(ax).__name__}.")
+    return ax
+
+
+def around(ax: Axes | None, points: Array, beside: float = 0, most: Any = (12, 7)) -> Axes:
+    """Axes bare of ticks that show all points (…, 2) to scale.
+
+    A new figure is made as large as they need at ``most`` inches across or up, with ``beside``
+    more for a legend.
+    """
+    width, height = np.maximum(np.ptp(points.reshape(-1, 2), axis=0), 1)
+    inch = min(most[0] / width, most[1] / height)
+    ax = single(ax, (max(inch * width, 4) + beside + 0.5, inch * height + 1.2))
+    bare(ax)
+    fit(ax, points)
+    return ax
+
+
+def panels(ax: Axes | None, count: int, **subplot: Any) -> tuple[SubFigure, Panels]:
+    """Panels in a new figure, or in place of an Axes, and what they are in.
+
+    Parameters
+    ----------
+    ax : Axes or None
+        What the panels replace.
+    count : int
+    **subplot
+        For ``Figure.add_subplot``.
+
+    Raises
+    ------
+    VFWidgetError
+        The Axes is not part of a grid, as those of ``plt.subplots`` are.
+    """
+    columns = 2 if count == 4 else min(count, 3)
+    rows = ceil(count / columns)
+    # The empty Axes of a new figure is replaced like any other.
+    ax = single(ax, (max(PANEL[0] * columns, MIN_WIDTH), PANEL[1] * rows + 1))
+    spec = ax.get_subplotspec()
+    if spec is None:
+        raise VFWidgetError("Several panels need an Axes of a grid, as plt.subplots makes them.")
+    host = ax.figure.add_subfigure(spec)
+    if not host.get_layout_engine():
+        # Nothing else would keep titles and labels apart.
+        host.subplots_adjust(top=0.75, bottom=0.28, wspace=0.4, hspace=0.8)
+    ax.remove()
+    made = np.empty(count, dtype=object)
+    for i in range(count):
+        made[i] = host.add_subplot(rows, columns, i + 1, **subplot)
+    return host, made
+
+
+def caption(where: Axes | SubFigure, title: str, *notes: str) -> None:
+    """A title above, and beneath one line for each note that is not empty."""
+    above, beneath = (
+        (where.set_title, where.set_xlabel)
+        if isinstance(where, Axes)
+        else (where.suptitle, where.supxlabel)
+    )
+    above(title, fontsize="x-large", wrap=True)
+    beneath("\n".join(filter(None, notes)), fontsize="large", wrap=True)
+
+
+def showable(text: str) -> bool:
+    """Whether matplotlib's own font surely has every character: they are Latin, and visible."""
+    return all(c.isprintable() and c < "\u0250" for c in text)
+
+
+def plain(text: str) -> str:
+    """Text from a font or a caller, such that it can be shown and is never read as mathematics."""
+    return "".join(c if showable(c) else "?" for c in text).replace("$", r"\$")
+
+
+def bare(ax: Axes) -> None:
+    """No frame and no ticks, but room for a title and a label."""
+    ax.set_frame_on(False)
+    ax.set_xticks([])
+    ax.set_yticks([])
+
+
+def fit(ax: Axes, *points: Array) -> None:
+    """Equal aspect, and limits that hold all points (…, 2) and whatever is drawn, with a margin."""
+    ax.update_datalim(np.concatenate([p.reshape(-1, 2) for p in points]))
+    ax.margins(MARGIN)
+    # The limits give way, not the box, so that labels stay where the layout put them.
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.autoscale_view()
+
+
+def glyph_path(contours: Sequence[Array]) -> Path:
+    """Closed contours of cubics, each (s, 4, 2), as one path, so that nonzero fill sees all."""
+    vertices, codes = [np.zeros((0, 2))], [np.zeros(0, dtype=Path.code_type)]
+    for cubics in contours:
+        start = cubics[0, :1]
+        vertices += [start, cubics[:, 1:].reshape(-1, 2), start]
+        curves = [Path.CURVE4] * (3 * len(cubics))
+        codes.append(np.array([Path.MOVETO, *curves, Path.CLOSEPOLY], dtype=Path.code_type))
+    return Path(np.concatenate(vertices), np.concatenate(codes))
+
+
+def draw_glyph(ax: Axes, contours: Sequence[Any], shift: Any = (0, 0), **style: Any) -> PathPatch:
+    """Fill contours (s, 4, 2), shifted."""
+    path = glyph_path([to_array(cubics) + shift for cubics in contours])
+    patch = PathPatch(path, **({"facecolor": ink(), "linewidth": 0} | style))
+    ax.add_patch(patch)
+    return patch
+
+
+def arrows(
+    ax: Axes, points: Array, vectors: Array, colour: str, scale: float = 1, **style: Any
+) -> Quiver:
+    """Vectors (p, 2) on points (p, 2), drawn at ``scale`` times their length in data units."""
+    style = {
+        "zorder": 3,
+        "width": 0.022,
+        "headwidth": 4,
+        "headlength": 4.5,
+        "headaxislength": 4,
+    } | style
+    return ax.quiver(
+        *points.T,
+        *vectors.T,
+        color=colour,
+        angles="xy",
+        scale_units="xy",
+        scale=1 / scale,
+        units="inches",
+        # A point that stays gets no dot.
+        minlength=0,
+        **style,
+    )
+
+
+def number(length: float) -> str:
+    """A length in font units, without digits that no one needs."""
+    return f"{length:.0f}" if abs(length) >= 10 else f"{length:.2g}"

@@ -1,0 +1,111 @@
+"""A glyph at many places of its design space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ..arrays import to_array
+from ..errors import VFWidgetError
+from ..font import Axis, Font, load_font
+from .canvas import BLUE, around, caption, draw_glyph, ink, plain
+from .subject import axis_index, axis_label, place, takes_part, title, two_axes
+
+GAP = 0.12
+"""Between glyphs, in em."""
+
+
+def gallery(
+    font: Font,
+    glyph: str | int,
+    tag: str,
+    tag2: str | None = None,
+    count: int = 5,
+    axes: Mapping[str, Any] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """A glyph along one axis, or across two (Fig. 2, and the inset of Sec. 3).
+
+    Parameters
+    ----------
+    font : Font or what :func:`vfwidget.load_font` takes
+    glyph : str or int
+        A character, a glyph name or a glyph id.
+    tag, tag2 : str
+        The axis from left to right, and the one upwards.
+    count : int
+        How many places on each axis, at least 2: evenly from end to end in user coordinates, the
+        inner one nearest to the default moved onto it.
+    axes : mapping of tag to user value, optional
+        Where the other axes stay.
+    ax : matplotlib Axes, optional
+
+    Returns
+    -------
+    Axes
+        In font units, each glyph centred on its advance; the ticks are user coordinates. The
+        default instance of the axes shown is blue.
+
+    Raises
+    ------
+    AxisError
+        The font has no such axis, or both are the same.
+    GlyphError
+        The font has no such glyph.
+    VFWidgetError
+        ``count`` is less than 2.
+    """
+    font = load_font(font)
+    shape = font.glyph(glyph)
+    shown = [axis_index(font, tag)] if tag2 is None else [*two_axes(font, tag, tag2)]
+    if count < 2:
+        raise VFWidgetError(f"A gallery shows at least 2 places of an axis, not {count}.")
+    across = [font.axes[i] for i in shown]
+    stops = [_stops(axis, count) for axis in across]
+    place(font, axes)  # which tells of a wrong one by itself
+    fixed = {other: value for other, value in (axes or {}).items() if other not in (tag, tag2)}
+    instances = []
+    for cell in np.ndindex(*map(len, stops)):
+        users = {axis.tag: stop[k] for axis, stop, k in zip(across, stops, cell, strict=True)}
+        w = place(font, fixed | users)
+        middle = float(shape.advance(w)) / 2
+        contours = [to_array(cubics) - [middle, 0] for cubics in shape.segments(w)]
+        at_default = all(axis.default == users[axis.tag] for axis in across)
+        instances.append(((*cell, 0)[:2], contours, at_default))
+
+    # Every cell is as large as the largest glyph, on its baseline and about its middle.
+    every = np.concatenate(
+        [np.zeros((0, 2)), *(c.reshape(-1, 2) for _, contours, _ in instances for c in contours)]
+    )
+    if not len(every):
+        every = np.array([[0, 0], [0.3, 0.3]]) * font.units_per_em
+    low, high = every[:, 1].min(), every[:, 1].max()
+    size = np.array([2 * abs(every[:, 0]).max(), high - low]) + GAP * font.units_per_em
+    grid = size * np.arange(count)[:, None]
+    top = grid[-1, 1] if tag2 is not None else 0
+    box = np.array([[-size[0] / 2, low], [grid[-1, 0] + size[0] / 2, top + high]])
+    ax = around(ax, box, beside=0.6)
+    for cell, contours, at_default in instances:
+        draw_glyph(ax, contours, cell * size, facecolor=BLUE if at_default else ink())
+    ax.set_xticks(grid[:, 0], [f"{user:.4g}" for user in stops[0]])
+    if tag2 is not None:
+        ax.set_yticks(grid[:, 1] + (low + high) / 2, [f"{user:.4g}" for user in stops[1]])
+        ax.set_ylabel(axis_label(across[1]), fontsize="large")
+    ax.tick_params(length=0, labelsize="large")
+    still = [plain(font.axes[i].tag) for i in shown if not takes_part(shape)[:, i].any()]
+    notes = ["" if shape.contours else "This glyph has no outline."]
+    if still and shape.contours:
+        notes.append(f"No delta set of this glyph depends on {' or '.join(still)}.")
+    caption(ax, title(font, glyph, shape, fixed), axis_label(across[0]), *notes)
+    return ax
+
+
+def _stops(axis: Axis, count: int) -> list[float]:
+    """User values from end to end, the default among them wherever there is an inner one."""
+    stops = np.linspace(axis.minimum, axis.maximum, count)
+    if count > 2 and axis.minimum < axis.default < axis.maximum:
+        stops[1 + abs(stops[1:-1] - axis.default).argmin()] = axis.default
+    return [float(stop) for stop in stops]

@@ -1,0 +1,315 @@
+"""Figures of Eq. 1–2: support functions, their products γ, and the delta sets these scale."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ..arrays import Array, to_array
+from ..bezier import segment_indices
+from ..font import Font, Glyph, load_font
+from .canvas import (
+    BLUE,
+    COLOURS,
+    GREY,
+    PALE,
+    VERMILLION,
+    Panels,
+    arrows,
+    bare,
+    caption,
+    draw_glyph,
+    fit,
+    panels,
+    plain,
+    single,
+)
+from .subject import (
+    axis_index,
+    axis_label,
+    factors,
+    kinks,
+    numbered,
+    place,
+    reach,
+    spaced,
+    strength,
+    takes_part,
+    title,
+    two_axes,
+)
+
+MOST_SUPPORTS = 6
+MOST_SCALARS = 6
+MOST_DELTA_SETS = 3
+GRID = 61
+"""Places along each axis of a surface, besides the kinks."""
+LEVELS = np.linspace(0, 1, 11)
+
+
+def support(font: Font, glyph: str | int, tag: str, ax: Axes | None = None) -> Axes:
+    """The support functions φ of a glyph's delta sets along one axis (Fig. 5b).
+
+    Parameters
+    ----------
+    font : Font or what :func:`vfwidget.load_font` takes
+    glyph : str or int
+        A character, a glyph name or a glyph id.
+    tag : str
+        Of the axis.
+    ax : matplotlib Axes, optional
+
+    Returns
+    -------
+    Axes
+        φ over the normalized coordinate, user coordinates above. Delta sets with the same support
+        share a line; it is dashed where all of them depend on another axis as well. Of more than
+        six supports those of the delta sets that move the outline farthest are shown.
+
+    Raises
+    ------
+    AxisError
+        The font has no such axis.
+    GlyphError
+        The font has no such glyph.
+    """
+    font = load_font(font)
+    shape = font.glyph(glyph)
+    i = axis_index(font, tag)
+    depends, effect = takes_part(shape), strength(shape)
+    groups: dict[tuple[float, ...], list[int]] = {}
+    for j in np.flatnonzero(depends[:, i]):
+        groups.setdefault(tuple(shape.affine.support[j, i]), []).append(int(j))
+    by_effect = sorted(groups, key=lambda row: -effect[groups[row]].max())
+    shown = sorted(by_effect[:MOST_SUPPORTS], key=lambda row: (row[1], row))
+
+    ax = single(ax, (10, 5))
+    low, high = reach(font, i)
+    w = kinks(font, shape, i)
+    phi = factors(shape, i, w)
+    for row, colour in zip(shown, COLOURS, strict=False):
+        sets = groups[row]
+        alone = any(depends[j].sum() == 1 for j in sets)
+        label = numbered(sets) + ("" if alone else ", other axes too")
+        ax.plot(w, phi[:, sets[0]], "-" if alone else "--", color=colour, lw=2.5, label=label)
+        ax.fill_between(w, phi[:, sets[0]], color=colour, alpha=0.1, lw=0)
+    if shown:
+        ax.legend(title="delta sets", bbox_to_anchor=(1, 1), loc="upper left", frameon=False)
+    else:
+        ax.plot([low, high], [1, 1], "--", color=GREY, lw=2.5)
+    ax.set_xlim(low, high)
+    ax.set_ylim(-0.03, 1.08)
+    ax.set_ylabel("support function φ(w)", fontsize="large")
+    ax.spines[["top", "right"]].set_visible(False)
+    _user_ticks(ax, font, i, [low, high, 0, *(row[1] for row in shown)])
+    hidden = len(groups) - len(shown)
+    caption(
+        ax,
+        f"Support functions along {axis_label(font.axes[i])}: {title(font, glyph, shape)}",
+        f"normalized {plain(tag)}",
+        "" if shape.contours else "This glyph has no outline.",
+        "" if shown else f"No delta set of this glyph depends on {plain(tag)}: φ is 1 everywhere.",
+        f"Not shown: {hidden} other supports, of delta sets that move less." if hidden else "",
+    )
+    return ax
+
+
+def _user_ticks(ax: Axes, font: Font, i: int, places: list[float]) -> None:
+    """User coordinates along the top, at those of the places that leave room, the first first."""
+    low, high = reach(font, i)
+    kept = spaced([w for w in places if low <= w <= high], 0.06 * (high - low))
+    top = ax.secondary_xaxis("top")
+    top.set_xticks(kept, [f"{font.axes[i].denormalize(w):.4g}" for w in kept])
+    top.set_xlabel(f"user {plain(font.axes[i].tag)}")
+
+
+def scalars(
+    font: Font,
+    glyph: str | int,
+    tag: str,
+    tag2: str,
+    axes: Mapping[str, Any] | None = None,
+    surface: bool = False,
+    ax: Axes | None = None,
+) -> Panels:
+    """The scaling factor γ of delta sets over two axes (Fig. 7, top; as surfaces, Fig. 6).
+
+    Parameters
+    ----------
+    font : Font or what :func:`vfwidget.load_font` takes
+    glyph : str or int
+        A character, a glyph name or a glyph id.
+    tag, tag2 : str
+        The axis across, and the one upwards.
+    axes : mapping of tag to user value, optional
+        The instance, marked by a dot; also where the axes not shown stay.
+    surface : bool
+        Surfaces in space instead of maps, with the two support functions on the walls.
+    ax : matplotlib Axes, optional
+        What the panels replace.
+
+    Returns
+    -------
+    (count,) array of Axes
+        One for each of up to six delta sets that depend on these axes and are not 0 everywhere
+        on this slice, those that move the outline farthest first; in normalized coordinates. A
+        single, empty one when there is no such delta set.
+
+    Raises
+    ------
+    AxisError
+        The font has no such axis, or both are the same.
+    GlyphError
+        The font has no such glyph.
+    """
+    font = load_font(font)
+    shape = font.glyph(glyph)
+    pair = two_axes(font, tag, tag2)
+    w = place(font, axes)
+    grids, walls = [], []
+    for i in pair:
+        grid = np.union1d(kinks(font, shape, i), np.linspace(*reach(font, i), GRID))
+        grids.append(grid)
+        walls.append(factors(shape, i, grid))
+    # What the axes not shown leave of every γ.
+    others = [factors(shape, i, w[i])[0] for i in range(len(w)) if i not in pair]
+    rest = np.prod([np.ones(len(shape.affine.support)), *others], axis=0)
+    height = walls[0].max(0) * walls[1].max(0) * rest
+    effect = height * strength(shape) * takes_part(shape)[:, pair].any(1)
+    order = np.argsort(-effect, kind="stable")[: np.count_nonzero(effect)]
+    shown = [int(j) for j in order[:MOST_SCALARS]]
+
+    host, made = panels(ax, max(len(shown), 1), projection="3d" if surface and shown else None)
+    here = to_array(shape.scalars(w))
+    for panel, j in zip(made, shown, strict=False):
+        gamma = walls[1][:, None, j] * walls[0][None, :, j] * rest[j]
+        if surface:
+            _surface(panel, grids, gamma, [wall[:, j] for wall in walls])
+            dot = {"color": "black", "edgecolor": "white", "linewidth": 1.5, "s": 90, "zorder": 4}
+            panel.scatter(*w[list(pair)], here[j], depthshade=False, **dot)
+        else:
+            drawn = panel.contourf(*grids, gamma, LEVELS, cmap="viridis")
+            dot = {"color": "black", "mec": "white", "mew": 2, "ms": 10, "clip_on": False}
+            panel.plot(*w[list(pair)][:, None], "o", **dot)
+        panel.set_title(f"set {j}: γ(w) = {here[j]:.3g}", fontsize="large")
+        panel.set_xlabel(plain(tag))
+        panel.set_ylabel(plain(tag2))
+    if not shown:
+        bare(made[0])
+    elif not surface:
+        bar = host.colorbar(drawn, ax=list(made), ticks=LEVELS[::5], shrink=0.8)
+        bar.ax.set_title("γ", fontsize="large")
+    smaller, none = len(order) - len(shown), len(effect) - len(order)
+    caption(
+        host,
+        f"Scaling factors of delta sets: {title(font, glyph, shape, axes)}",
+        "normalized coordinates; the dot is the instance w"
+        if shown
+        else f"No delta set of this glyph varies with {plain(tag)} or {plain(tag2)} here.",
+        "" if shape.contours else "This glyph has no outline.",
+        f"walls: support functions, orange along {plain(tag)}, blue along {plain(tag2)}"
+        if surface and shown
+        else "",
+        f"Not shown: {smaller} delta sets that move less." if smaller else "",
+        f"Not shown: {none} delta sets that are constant here." if none and shown else "",
+    )
+    return made
+
+
+def _surface(panel: Any, grids: list[Array], gamma: Array, walls: list[Array]) -> None:
+    """γ in space, and on the far walls the support functions it is a product of."""
+    # The far walls are behind, and the dot to come in front; matplotlib would guess.
+    panel.computed_zorder = False
+    panel.plot(grids[0], walls[0], zs=grids[1][-1], zdir="y", color=VERMILLION, lw=2.5, zorder=1)
+    panel.plot(grids[1], walls[1], zs=grids[0][0], zdir="x", color=BLUE, lw=2.5, zorder=1)
+    x, y = np.meshgrid(*grids)
+    style = {"cmap": "viridis", "vmin": 0, "vmax": 1, "rcount": 40, "ccount": 40}
+    panel.plot_surface(x, y, gamma, alpha=0.85, zorder=2, **style)
+    panel.set_zlim(0, 1)
+
+
+def delta_sets(
+    font: Font, glyph: str | int, axes: Mapping[str, Any], ax: Axes | None = None
+) -> Panels:
+    """Eq. 1 as a sum of figures: default + scaled delta sets = outline (Figs. 5a and 7, bottom).
+
+    Parameters
+    ----------
+    font : Font or what :func:`vfwidget.load_font` takes
+    glyph : str or int
+        A character, a glyph name or a glyph id.
+    axes : mapping of tag to user value
+        The instance.
+    ax : matplotlib Axes, optional
+        What the panels replace.
+
+    Returns
+    -------
+    (count,) array of Axes
+        The default outline, the delta sets at work as arrows γ Δ at the on-curve points, those
+        that move the outline farthest first and all but three of them added up, and the outline
+        at ``axes``. All are to one scale.
+
+    Raises
+    ------
+    AxisError
+        The font has no such axis.
+    GlyphError
+        The font has no such glyph.
+    """
+    font = load_font(font)
+    shape = font.glyph(glyph)
+    w = place(font, axes)
+    default, end = shape.affine.base, to_array(shape.points(w))
+    gamma = to_array(shape.scalars(w))
+    effect = gamma * strength(shape)
+    order = [int(j) for j in np.argsort(-effect, kind="stable")[: np.count_nonzero(effect)]]
+    # One left over needs no more room than a sum of one.
+    most = MOST_DELTA_SETS + (len(order) == MOST_DELTA_SETS + 1)
+    parts = [[j] for j in order[:most]] + ([order[most:]] if order[most:] else [])
+    moved = [shape.affine.deltas[..., sets] @ gamma[sets] for sets in parts]
+
+    host, made = panels(ax, len(parts) + 2)
+    start = [to_array(cubics) for cubics in shape.segments(np.zeros(len(w)))]
+    draw_glyph(made[0], start, facecolor=GREY)
+    draw_glyph(made[-1], start, **PALE)
+    draw_glyph(made[-1], shape.segments(w))
+    made[0].set_title("default", fontsize="large")
+    made[-1].set_title("outline at w", fontsize="large")
+    for panel, sets, by in zip(made[1:-1], parts, moved, strict=True):
+        draw_glyph(panel, start, **PALE)
+        alone = [(default + by)[indices] for indices in segment_indices(shape.contours)]
+        draw_glyph(panel, alone, facecolor="none", edgecolor=VERMILLION, linewidth=0.8)
+        arrows(panel, default[::3], by[::3], VERMILLION)
+        heading = f"{len(sets)} other sets\nadded up"
+        if len(sets) == 1:
+            heading = f"set {sets[0]}\nγ = {gamma[sets[0]]:.3g}"
+            panel.set_xlabel(_peaks(font, shape, sets[0]))
+        panel.set_title(heading, fontsize="large")
+    box = [default, end, *(default + by for by in moved)]
+    box = box if len(default) else [np.array([[0, 0], [1, 0.3]]) * font.units_per_em]
+    for panel, sign in zip(made, ["", *"+" * len(parts), "="], strict=True):
+        bare(panel)
+        fit(panel, *box)
+        panel.text(-0.02, 0.5, sign, transform=panel.transAxes, ha="right", va="center", size=24)
+    caption(
+        host,
+        title(font, glyph, shape, axes),
+        "" if shape.contours else "This glyph has no outline.",
+        "No delta set is at work here: every γ is 0." if shape.contours and not parts else "",
+    )
+    return made
+
+
+def _peaks(font: Font, glyph: Glyph, j: int) -> str:
+    """Where a delta set counts in full, the axes that do not matter left out."""
+    support, depends = glyph.affine.support[j], takes_part(glyph)[j]
+    parts = [
+        f"{plain(axis.tag)} {peak:.3g}"
+        for axis, (_, peak, _), own in zip(font.axes, support, depends, strict=True)
+        if own
+    ]
+    return "full at " + ", ".join(parts)

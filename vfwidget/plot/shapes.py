@@ -1,0 +1,341 @@
+"""Figures of outlines: their points, where the axes pull them, and how a word is laid out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+
+from ..arrays import Array, to_array
+from ..bezier import AREA
+from ..errors import GlyphError
+from ..font import Font, Glyph, load_font
+from ..text import Text
+from .canvas import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PALE,
+    SKY,
+    VERMILLION,
+    Panels,
+    around,
+    arrows,
+    bare,
+    caption,
+    draw_glyph,
+    fit,
+    number,
+    panels,
+    plain,
+)
+from .subject import HAIR, axis_label, left_out, lengths, place, title
+
+MOST_AXES = 6
+MOST_LETTERS = 12
+"""Of a word, before the numbers of its layout would run into each other."""
+NORMAL, DIRECTION = 0.05, 0.08
+"""Lengths in em."""
+ARROW = 0.25
+"""Length of a panel's longest arrow, in parts of the outline's larger side."""
+
+
+def outline(
+    font_or_text: Font | Text,
+    glyph: str | int | None = None,
+    axes: Any = None,
+    samples: int = 1,
+    ax: Axes | None = None,
+) -> Axes:
+    """What an outline is made of: control points, handles, direction, points on it and normals.
+
+    Parameters
+    ----------
+    font_or_text : Font, Text or what :func:`vfwidget.load_font` takes
+    glyph : str or int, optional
+        A character, a glyph name or a glyph id. Of a text: which letter, by its place (as in
+        :meth:`vfwidget.Text.handle`) or by its character or glyph name; by default all.
+    axes : mapping of tag to user value, optional
+        By default the default, or where the text is. For a text, what :meth:`vfwidget.Text.at`
+        takes.
+    samples : int
+        Points with a normal on each segment, at even parameters inside it.
+    ax : matplotlib Axes, optional
+
+    Returns
+    -------
+    Axes
+        In font units. Normals point out of the ink, and have length 1 in the data of the arrows.
+
+    Raises
+    ------
+    AxisError
+        The font has no such axis.
+    GlyphError
+        The font has no such glyph, or the text no such letter.
+    """
+    if isinstance(font_or_text, Text):
+        font, contours, name = _letters(font_or_text, glyph, axes)
+    else:
+        font = load_font(font_or_text)
+        shape = font.glyph(glyph)  # type: ignore[arg-type] # None has a clear error of its own
+        contours = [to_array(cubics) for cubics in shape.segments(place(font, axes))]
+        name = title(font, glyph, shape, axes)
+    em = font.units_per_em
+    cubics = np.concatenate([np.zeros((0, 4, 2)), *contours])
+
+    points, tangents = _sample(cubics, (np.arange(samples) + 0.5) / samples)
+    normals = tangents[:, ::-1] * [-1, 1] * _outside(cubics)
+    tips = points + NORMAL * em * normals
+
+    ax = around(ax, np.concatenate([cubics.reshape(-1, 2), tips, *_blank(font, cubics)]), 3)
+    draw_glyph(ax, contours, **PALE)
+    draw_glyph(ax, contours, facecolor="none", edgecolor=GREY, linewidth=1.5)
+    ax.add_collection(LineCollection(list(cubics.reshape(-1, 2, 2)), colors=SKY, linewidths=1.5))
+    ax.plot(*cubics[:, 0].T, "s", color=BLUE, ms=5)
+    ax.plot(*cubics[:, 1:3].reshape(-1, 2).T, "o", color=SKY, mfc="white", ms=4)
+    ax.plot(*points.T, ".", color=GREEN, ms=5)
+    bare_shaft = {"headwidth": 0, "headlength": 0, "headaxislength": 0}
+    arrows(ax, points, normals, GREEN, NORMAL * em, **bare_shaft)
+    # One arrow for each quarter of a contour.
+    starts = [contour[:: max(len(contour) // 4, 1)][:4] for contour in contours]
+    for quarters in starts:
+        points, tangents = _sample(quarters, np.array([0.5]))
+        length = DIRECTION * em
+        arrows(ax, points, tangents, VERMILLION, length, width=0.045, headwidth=3, headlength=3)
+    if len(cubics):
+        _key(ax)
+    caption(ax, name, "" if len(cubics) else "There is no outline.")
+    return ax
+
+
+def _letters(text: Text, letter: str | int | None, axes: Any) -> tuple[Font, list[Array], str]:
+    """The contours of one letter of a text, or of all, and what to call them."""
+    text = text if axes is None else text.at(axes=axes)
+    owners = [i for i, glyph in enumerate(text.glyphs) for _ in glyph.contours]
+    contours = [to_array(cubics) for cubics in text.segments()]
+    name = f"“{plain(text.string)}” in {plain(text.font.family_name)}"
+    if letter is None:
+        return text.font, contours, name
+    if isinstance(letter, str):
+        names = [glyph.name for glyph in text.glyphs]
+        wanted = text.font.glyph(letter).name
+        letter = names.index(wanted) if wanted in names else len(names)
+    if not 0 <= letter < len(text.glyphs):
+        raise GlyphError(f"{text.string!r} has {len(text.glyphs)} letters, and not that one.")
+    own = [cubics for owner, cubics in zip(owners, contours, strict=True) if owner == letter]
+    return text.font, own, f"letter {letter} of {name}"
+
+
+def _sample(cubics: Array, t: Array) -> tuple[Array, Array]:
+    """Points of cubics (s, 4, 2) at parameters (j,), and unit tangents there, each (p, 2).
+
+    Where the tangent vanishes, as on a segment of no length, there is no sample.
+    """
+    u = 1 - t
+    weights = np.stack([u**3, 3 * u * u * t, 3 * u * t * t, t**3], -1)
+    slopes = np.stack([u * u, 2 * u * t, t * t], -1)
+    points = (weights @ cubics).reshape(-1, 2)
+    tangents = (slopes @ np.diff(cubics, axis=1)).reshape(-1, 2)
+    length = lengths(tangents)
+    sound = length > 0
+    return points[sound], tangents[sound] / length[sound, None]
+
+
+def _outside(cubics: Array) -> int:
+    """1 where the outside is to the left of an outline's direction, -1 where to the right."""
+    area = np.einsum("si,ij,sj", cubics[..., 0], AREA, cubics[..., 1])
+    return 1 if area <= 0 else -1
+
+
+def _key(ax: Axes) -> None:
+    """What the signs of :func:`outline` mean; arrows have no entry of their own in a legend."""
+    signs = {
+        "on-curve point": {"marker": "s", "color": BLUE, "ls": ""},
+        "off-curve point, handle": {"marker": "o", "color": SKY, "mfc": "white"},
+        "direction of the contour": {"marker": ">", "color": VERMILLION},
+        "point on the outline, normal": {"marker": ".", "color": GREEN, "lw": 2},
+    }
+    lines = [Line2D([], [], label=label, **sign) for label, sign in signs.items()]  # type: ignore
+    ax.legend(handles=lines, loc="upper left", bbox_to_anchor=(1, 1), frameon=False)
+
+
+def _blank(font: Font, points: Array) -> list[Array]:
+    """What to show where there are no points."""
+    return [] if len(points) else [np.array([[0, 0], [1, 0.3]]) * font.units_per_em]
+
+
+def jacobian(
+    font: Font,
+    glyph: str | int,
+    axes: Mapping[str, Any] | None = None,
+    ax: Axes | None = None,
+) -> Panels:
+    """Which way each axis pulls each point: the columns of ∂p/∂w as arrows.
+
+    Parameters
+    ----------
+    font : Font or what :func:`vfwidget.load_font` takes
+    glyph : str or int
+        A character, a glyph name or a glyph id.
+    axes : mapping of tag to user value, optional
+        The instance; by default the default.
+    ax : matplotlib Axes, optional
+        What the panels replace.
+
+    Returns
+    -------
+    (count,) array of Axes
+        One for each of up to six axes that move the outline here, the strongest first, with
+        arrows at the on-curve points. Blue is the motion as the axis rises. Where the axis stands
+        on a kink or at its upper end, orange is the motion as it falls, which is not the
+        opposite. The data of the arrows are font units per normalized unit; each panel draws
+        them to a scale of its own, and states its longest.
+
+    Raises
+    ------
+    AxisError
+        The font has no such axis.
+    GlyphError
+        The font has no such glyph.
+    """
+    font = load_font(font)
+    shape = font.glyph(glyph)
+    w = place(font, axes)
+    points = to_array(shape.points(w))[::3]
+    rising, falling = _pulls(font, shape, w)
+    pull = np.maximum(lengths(rising), lengths(falling)).max(0, initial=0)
+    order = np.argsort(-pull, kind="stable")
+    shown = [int(i) for i in order[:MOST_AXES] if pull[i] > 0]
+    still = [plain(font.axes[i].tag) for i in order if pull[i] == 0]
+    weaker = [plain(font.axes[i].tag) for i in order[MOST_AXES:] if pull[i] > 0]
+
+    host, made = panels(ax, max(len(shown), 1))
+    side = np.ptp(points, axis=0).max() if len(points) else 1
+    tips = [points, *_blank(font, points)]
+    for panel, i in zip(made, shown, strict=False):
+        scale = ARROW * side / pull[i]
+        for vectors, colour in (falling[:, i], ORANGE), (rising[:, i], BLUE):
+            if lengths(vectors).any():
+                arrows(panel, points, vectors, colour, scale)
+                tips.append(points + scale * vectors)
+        panel.set_title(
+            f"{axis_label(font.axes[i])}\nlongest arrow: {number(pull[i])}", fontsize="large"
+        )
+    for panel in made:
+        bare(panel)
+        draw_glyph(panel, shape.segments(w), **PALE)
+        fit(panel, *tips)
+    caption(
+        host,
+        f"Where the axes pull {title(font, glyph, shape, axes)}",
+        "blue: as the axis rises; orange, where not the reverse: as it falls"
+        "\nlengths in font units per 1 of the normalized coordinate"
+        if shown
+        else "No axis moves this glyph's outline here.",
+        left_out(weaker, "pulling less"),
+        left_out(still, "not moving the outline here") if shown else "",
+    )
+    return made
+
+
+def _pulls(font: Font, glyph: Glyph, w: Array) -> tuple[Array, Array]:
+    """The on-curve points' motion as each axis rises and as it falls, two (p, n, 2) arrays.
+
+    Zero where the axis can go no further, and the fall also where it is but the reverse.
+    """
+    n = len(w)
+    beside = (w - HAIR * np.eye(n)).clip(-1)
+    right = to_array(glyph.jacobian(w))[::3].swapaxes(1, 2)
+    left = to_array(glyph.jacobian(beside))[np.arange(n), ::3, :, np.arange(n)].swapaxes(0, 1)
+    low, high = font.bounds
+    at_top, at_bottom = w >= high, w <= low
+    same = np.isclose(left, right, atol=1e-6 * (1 + abs(right).max(initial=0))).all((0, 2))
+    rising = np.where(at_top[:, None], 0, right)
+    falling = np.where((at_bottom | (same & ~at_top))[:, None], 0, -left)
+    return rising, falling
+
+
+def layout(text: Text, ax: Axes | None = None) -> Axes:
+    """How side bearings and advances lay a word out (Fig. 8, Eq. 3).
+
+    Parameters
+    ----------
+    text : Text
+    ax : matplotlib Axes, optional
+
+    Returns
+    -------
+    Axes
+        In font units, the word's origin at 0. Upright lines are the letters' origins, arrows
+        under the baseline their advances, bands their left and right side bearings; a bearing
+        that is negative is hatched. Beyond twelve letters the numbers are left out.
+    """
+    if not isinstance(text, Text):
+        raise TypeError(f"layout takes a Text, not {type(text).__name__}.")
+    theta = to_array(text.theta)
+    font = text.font
+    origins = text.word.origins(theta)
+    rows = list(np.broadcast_to(theta, (len(text.glyphs), theta.shape[1])))
+    advances = [float(g.advance(w)) for g, w in zip(text.glyphs, rows, strict=True)]
+    bearings = [
+        [float(side) for side in g.side_bearings(w)] for g, w in zip(text.glyphs, rows, strict=True)
+    ]
+    numbers = len(text.glyphs) <= MOST_LETTERS
+    em, end = font.units_per_em, origins[-1] + advances[-1]
+    points = to_array(text.points())
+    low, high = (
+        (points[:, 1].min(), points[:, 1].max()) if len(points) else (font.descender, font.ascender)
+    )
+    top, bottom = max(high, 0) + 0.1 * em, min(low, 0) - 0.05 * em
+    foot = bottom - 0.1 * em
+
+    corners = np.array([[0, foot - 0.15 * em], [end, top + 0.2 * em]])
+    ax = around(ax, np.concatenate([corners, points]), 2.5, (11, 5))
+    draw_glyph(ax, text.segments(), facecolor=GREY)
+    ax.axhline(0, color=GREY, lw=1, zorder=0)
+    for glyph, x, advance, sides in zip(text.glyphs, origins, advances, bearings, strict=True):
+        ax.plot([x, x], [foot, top], color=BLUE, lw=1.5)
+        if advance:
+            style = {"arrowstyle": "<->", "color": BLUE, "lw": 1.5, "shrinkA": 0, "shrinkB": 0}
+            ax.annotate("", (x + advance, foot), (x, foot), arrowprops=style)
+        edges = [(x, x + sides[0]), (x + advance - sides[1], x + advance)]
+        for (a, b), colour, side in zip(edges, (VERMILLION, GREEN), sides, strict=True):
+            band = ax.fill_betweenx([bottom, top], a, b, color=colour, alpha=0.4, lw=0, zorder=2)
+            if side < 0:
+                band.set_hatch("////")
+        labels = [(x + advance / 2, foot, -16, "center", BLUE, advance)]
+        if glyph.contours:
+            # On two levels, for a right side bearing meets the next letter's left one.
+            labels.append((x, top, 1, "left", VERMILLION, sides[0]))
+            labels.append((x + advance, top, 16, "right", GREEN, sides[1]))
+        for where, height, up, side_of, colour, length in labels if numbers else ():
+            ax.annotate(
+                number(length),
+                (where, height),
+                (0, up),
+                textcoords="offset points",
+                ha=side_of,
+                color=colour,
+                fontsize="large",
+            )
+    ax.plot([end, end], [foot, top], color=BLUE, lw=1.5)
+    signs = [
+        Line2D([], [], color=BLUE, label="origin and advance"),
+        Line2D([], [], color=VERMILLION, lw=8, alpha=0.4, label="left side bearing"),
+        Line2D([], [], color=GREEN, lw=8, alpha=0.4, label="right side bearing"),
+    ]
+    ax.legend(handles=signs, loc="upper left", bbox_to_anchor=(1, 1), frameon=False)
+    caption(
+        ax,
+        f"“{plain(text.string)}” in {plain(font.family_name)}",
+        f"font units (1 em = {em})",
+        "hatched: negative" if np.min(bearings) < 0 else "",
+        "" if numbers else f"Numbers are left out of a line of more than {MOST_LETTERS} letters.",
+    )
+    return ax
