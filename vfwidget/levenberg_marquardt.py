@@ -100,7 +100,9 @@ class Problem:
 
     def cost(self, residual: Array) -> float:
         """Cost of a residual; infinite where it is not finite."""
-        value = float(robust_cost(residual, self.loss, self.loss_scale))
+        # Where a trial overflows, infinity is answer enough.
+        with np.errstate(over="ignore", invalid="ignore"):
+            value = float(robust_cost(residual, self.loss, self.loss_scale))
         return value if math.isfinite(value) else math.inf
 
 
