@@ -16,13 +16,7 @@ import vfwidget as vf
 ITERATIONS = 1000
 DIGITS = 4
 AT_ITS_BEST = dict(x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=ITERATIONS)
-# What the solver does not get yet, and scipy or the literature does: from a first step across a
-# plain (BoxBOD), along a valley the wrong way (MGH10, Watson), on a plateau (Gulf).
-MISSED = {("BoxBOD", 0), ("MGH10", 0)}
-MISSED_CASES = {"gulf-3x3-bounded", "watson-12-bounded"}
-RUNS = [(name, start) for name in REGRESSIONS for start in (0, 1) if (name, start) not in MISSED]
-WHOLE = [name for name in REGRESSIONS if (name, 0) not in MISSED]
-REACHED = [case for case in CASES if case.name not in MISSED_CASES]
+RUNS = [(name, start) for name in REGRESSIONS for start in (0, 1)]
 
 
 @cache
@@ -70,7 +64,7 @@ def test_no_method_of_scipys_solves_more_regressions() -> None:
         assert len(ours) >= sum(scipy_digits(*run, method) >= DIGITS for run in RUNS)
 
 
-@pytest.mark.parametrize("name", WHOLE)
+@pytest.mark.parametrize("name", REGRESSIONS)
 def test_tensors_and_both_starts_at_once(name: str) -> None:
     regression = REGRESSIONS[name]
     starts = torch.tensor(regression.starts, dtype=torch.float64)
@@ -80,7 +74,7 @@ def test_tensors_and_both_starts_at_once(name: str) -> None:
     assert min(digits) >= DIGITS + 2
 
 
-@pytest.mark.parametrize("case", REACHED, ids=lambda case: case.name)
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_the_known_cost_is_reached_within_the_bounds(case: Case) -> None:
     found = vf.least_squares(
         case.residual, case.start, bounds=case.bounds, max_iterations=ITERATIONS
@@ -92,7 +86,7 @@ def test_the_known_cost_is_reached_within_the_bounds(case: Case) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", REACHED, ids=lambda case: case.name)
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_tensors_reach_it_too(case: Case) -> None:
     start = torch.tensor(case.start, dtype=torch.float64)
     found = vf.least_squares(case.residual, start, bounds=case.bounds, max_iterations=ITERATIONS)

@@ -25,6 +25,7 @@ from .levenberg_marquardt import (
 )
 from .loss import LOSSES
 
+LEAST_REACH = 1e-3
 LIMIT = "stopped at the limit of {} iterations"
 
 
@@ -152,7 +153,9 @@ def least_squares(
     lower, upper = _checked_bounds(bounds, start)
     table = None if kinks is None else kink_table(kinks, start.shape[-1])
     outside = _as_tensors(x0) if is_tensor(x0) else _as_they_are
-    derivative = _derivative(residual, jacobian, outside, is_tensor(x0), lower, upper, table)
+    # Differences are of the size of x, and near zero of that of the start.
+    floor = LEAST_REACH * np.where(start != 0, abs(start), 1.0)
+    derivative = _derivative(residual, jacobian, outside, is_tensor(x0), lower, upper, table, floor)
     tolerances = Tolerances(
         cost_tolerance, step_tolerance, gain_tolerance, gradient_tolerance, zero
     )
@@ -279,6 +282,7 @@ def _derivative(
     lower: Array,
     upper: Array,
     kinks: Array | None,
+    floor: Array,
 ) -> Callable[[Array], Array]:
     """The Jacobian the caller gave, else forward mode for tensors, differences for arrays."""
     if jacobian is not None:
@@ -293,7 +297,7 @@ def _derivative(
             gaps = kinks - x[..., None]
             left = np.maximum(left, np.where(gaps < 0, kinks, -np.inf).max(-1))
             right = np.minimum(right, np.where(gaps > 0, kinks, np.inf).min(-1))
-        return _central_differences(residual, x, left, right)
+        return _central_differences(residual, x, left, right, floor)
 
     return differences
 
@@ -311,11 +315,11 @@ def _forward_mode(residual: Callable[[Any], Any], x: Any) -> Any:
 
 
 def _central_differences(
-    residual: Callable[[Any], Any], x: Array, lower: Array, upper: Array
+    residual: Callable[[Any], Any], x: Array, lower: Array, upper: Array, floor: Array
 ) -> Array:
     columns = []
     for i in range(x.shape[-1]):
-        reach = np.finfo(float).eps ** (1 / 3) * np.maximum(1e-3, np.abs(x[..., i]))
+        reach = np.finfo(float).eps ** (1 / 3) * np.maximum(floor[..., i], np.abs(x[..., i]))
         left, right = x.copy(), x.copy()
         left[..., i] = np.maximum(x[..., i] - reach, lower[..., i])
         right[..., i] = np.minimum(x[..., i] + reach, upper[..., i])

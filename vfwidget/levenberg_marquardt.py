@@ -41,13 +41,15 @@ from .quadratic import minimise_quadratic
 
 NUDGE = 1e-8
 """How far beside a kink its one-sided derivative is asked for."""
-INITIAL_DAMPING, LEAST_DAMPING = 1e-4, 1e-13
-"""Relative to the largest squared column of the Jacobian."""
-WEAKEST = 1e-12
-"""A column this small, squared and relative, is damped as if it were larger."""
+INITIAL_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
+"""Relative to the damping's unit: 1 where it weighs by columns, else the largest of them."""
+FAINTEST = 1e-12
+"""Where the search for a first damping begins."""
 GOOD_GAIN = 0.75
 """A step that crosses kinks and gains less than this share of the promised is tried confined."""
 LEAST_GAIN = 1e-3
+GREAT_GAIN, BOLD = 0.9, 0.03
+"""A step that keeps this much of its promise lets the damping fall by that factor."""
 GROWN_OUT = 2.0**40
 """The damping's growth at which no step helps any more."""
 PROBE, MOST_BENT = 0.1, 0.75
@@ -265,15 +267,43 @@ class _Trial(NamedTuple):
 
 def _damped(problem: Problem, state: State, model: Model) -> Array:
     """The normal equations' matrix with the damping on its diagonal."""
-    strongest = float(model.columns.max())
-    state.damping = max(state.damping or INITIAL_DAMPING * strongest, LEAST_DAMPING * strongest)
-    system = model.normal.copy()
     weights: Any = 1.0
     if problem.scale_by_columns:
-        largest = state.scale.max()
-        weights = np.maximum(state.scale / largest, WEAKEST)
-    system.flat[:: len(system) + 1] += state.damping * weights
+        weights = np.where(state.scale > 0, state.scale, 1.0)
+        if not state.damping:
+            state.damping = _first_damping(state, model, weights)
+    unit = _unit(problem, model)
+    state.damping = max(state.damping or INITIAL_DAMPING * unit, LEAST_DAMPING * unit)
+    return _with_diagonal(model.normal, state.damping * weights)
+
+
+def _unit(problem: Problem, model: Model) -> float:
+    """What damping is measured in."""
+    return 1.0 if problem.scale_by_columns else float(model.columns.max())
+
+
+def _with_diagonal(matrix: Array, more: Any) -> Array:
+    system = matrix.copy()
+    system.flat[:: len(system) + 1] += more
     return system
+
+
+def _first_damping(state: State, model: Model, weights: Array) -> float:
+    """The least damping with which the first step is no longer than the start is far from zero.
+
+    Measured both by what it does to the linear model and by its greatest coordinate (the start
+    of a trust region in MINPACK and, with other weights, in scipy's trf). Costs no residual.
+    """
+    root, damping = np.sqrt(weights), FAINTEST
+    reach = float(np.linalg.norm(root * state.x)) or 1.0
+    far = float(abs(state.x).max()) or math.inf
+    while damping < 1e12:
+        system = _with_diagonal(model.normal, damping * weights)
+        d = minimise_quadratic(system, model.gradient, model.low, model.high)
+        if np.linalg.norm(root * d) <= reach and abs(d).max() <= far:
+            break
+        damping *= 4
+    return damping
 
 
 def _try(
@@ -286,7 +316,7 @@ def _try(
         d = minimise_quadratic(system, model.gradient, low, high)
     # What the model promises is for the straight step; the bent one is to keep it better.
     promised = -float(2 * model.gradient @ d + d @ model.normal @ d)
-    freely = not walled and state.damping <= INITIAL_DAMPING * model.columns.max()
+    freely = not walled and state.damping <= INITIAL_DAMPING * _unit(problem, model)
     if freely and promised <= problem.tolerances.gain:
         # Nothing holds the step back, and it is not worth the look.
         return _Trial(d, state.x, state.residual, state.cost, promised, 0.0)
@@ -327,7 +357,7 @@ def _judge(tolerances: Tolerances, state: State, trial: _Trial) -> None:
         least = max(tolerances.cost * state.cost, tolerances.gain)
         idle = state.cost - trial.cost <= least and trial.promised <= 10 * least
         state.x, state.residual, state.cost = trial.x, trial.residual, trial.cost
-        state.damping *= max(0.1, 1 - (2 * min(trial.gain, 1.5) - 1) ** 3)
+        state.damping *= BOLD if trial.gain > GREAT_GAIN else 1 - (2 * trial.gain - 1) ** 3
         state.growth = 2.0
         state.iterations += 1
         state.model = None

@@ -1,0 +1,68 @@
+"""Every notebook runs from top to bottom, quietly and in time, and is committed without outputs."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
+SECONDS = 90
+NOWHERE = "http://127.0.0.1:9"
+ABSOLUTE_PATH = re.compile(r"""(?:^|[\s"'`(=])(?:/\w[\w.-]*/|~/|[A-Za-z]:\\|file:)""", re.MULTILINE)
+
+
+@pytest.fixture(params=NOTEBOOKS, ids=lambda path: path.stem)
+def notebook(request: pytest.FixtureRequest) -> Any:
+    return nbformat.read(request.param, as_version=nbformat.NO_CONVERT)
+
+
+def test_there_are_notebooks() -> None:
+    assert NOTEBOOKS
+
+
+@pytest.mark.timeout(SECONDS)
+def test_it_runs_without_a_word_on_stderr(notebook: Any, tmp_path: Path) -> None:
+    environment = os.environ | {
+        # The package is imported from wherever the tests found it.
+        "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+        # A reader would see what is hidden by default in the libraries a notebook calls.
+        "PYTHONWARNINGS": "default",
+        "IPYTHONDIR": str(tmp_path),
+        "http_proxy": NOWHERE,
+        "https_proxy": NOWHERE,
+    }
+    # Figures go into the notebook, whatever the tests draw with.
+    environment.pop("MPLBACKEND", None)
+    client = NotebookClient(
+        notebook,
+        timeout=SECONDS,
+        kernel_name="python3",
+        resources={"metadata": {"path": str(tmp_path)}},
+    )
+    client.execute(env=environment)
+    said = [
+        output.text
+        for cell in notebook.cells
+        for output in cell.get("outputs", [])
+        if output.output_type == "stream" and output.name == "stderr"
+    ]
+    assert not said, "\n".join(said)
+
+
+def test_it_is_committed_without_outputs(notebook: Any) -> None:
+    nbformat.validate(notebook)
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert [cell.id for cell in code if cell.outputs or cell.execution_count is not None] == []
+    assert notebook.metadata.kernelspec.name == "python3"
+
+
+def test_it_names_no_absolute_path(notebook: Any) -> None:
+    found = [path for cell in notebook.cells for path in ABSOLUTE_PATH.findall(cell.source)]
+    assert found == []
