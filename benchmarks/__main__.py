@@ -9,7 +9,7 @@ import torch
 
 from .table import Printer
 
-NAMES = ("drag", "size", "latency")
+NAMES = ("drag", "size", "latency", "study", "reach")
 
 
 def main() -> None:

@@ -110,12 +110,12 @@ def run(quick: bool) -> Iterator[Row]:
     """A glyph of each bundled font, a word in two ways, and a glyph dragged out of reach."""
     for name in vf.bundled_fonts():
         glyph = Drag.reachable(vf.Text(name, "a"))
-        yield from _compare(f"{name} a", glyph, rounds=2 if quick else 10)
+        yield from _compare(f"{name} a", glyph, rounds=5 if quick else 20)
     for shared, how in ((True, "shared"), (False, "per letter")):
         word = Drag.reachable(vf.Text("recursive", WORD, shared=shared))
-        yield from _compare(f"recursive {WORD}, {how}", word, rounds=1 if quick else 3)
+        yield from _compare(f"recursive {WORD}, {how}", word, rounds=3 if quick else 7)
     away = Drag.beyond(vf.Text("recursive", "a"))
-    yield from _compare("recursive a, out of reach", away, rounds=1 if quick else 3)
+    yield from _compare("recursive a, out of reach", away, rounds=3 if quick else 7)
 
 
 def _compare(case: str, drag: Drag, rounds: int) -> Iterator[Row]:

@@ -1,4 +1,4 @@
-"""Contestants timed event by event, side by side, so that a busy machine slows them all alike.
+"""Contestants timed drag by drag, in turns, so that a busy machine slows them all alike.
 
 The time is this process's own processor time: what others do on the machine counts as little as
 can be. All contestants compute in one thread, where on a quiet machine it is the time that passes.
@@ -24,7 +24,7 @@ class Contestant(Protocol):
         """Go back to before the first event; not timed."""
 
     def update(self, event: int) -> None:
-        """Answer one event; this is what is timed."""
+        """Answer one event."""
 
 
 class Spread(NamedTuple):
@@ -41,7 +41,7 @@ class Spread(NamedTuple):
 
 @dataclass(frozen=True)
 class Times:
-    """Seconds of each contestant at each event of each round, (contestants, rounds · events)."""
+    """Seconds an event took each contestant in each round, (contestants, rounds)."""
 
     seconds: Array
 
@@ -50,24 +50,24 @@ class Times:
         return float(1e3 * np.median(self.seconds[contestant]))
 
     def ratio(self, slow: int, fast: int) -> Spread:
-        """How many times longer one took than another at the same event."""
+        """How many times longer one took than another in the same round."""
         return Spread(*np.percentile(self.seconds[slow] / self.seconds[fast], [25, 50, 75]))
 
 
 def interleave(contestants: Sequence[Contestant], events: int, rounds: int) -> Times:
-    """Time every contestant at every event, in turns, a different one first each time.
+    """Time whole drags of every contestant, in turns, a different one first each time.
 
-    One untimed round comes before the others.
+    One untimed round comes before the others. A drag is timed as a whole, for its events follow
+    one another: a rival in between would find and leave the processor's caches full of its own.
     """
     count = len(contestants)
-    seconds = np.zeros((count, rounds + 1, events))
+    seconds = np.zeros((count, rounds + 1))
     for turn in range(rounds + 1):
-        for contestant in contestants:
-            contestant.start()
-        for event in range(events):
-            for place in range(count):
-                who = (place + turn + event) % count
-                begun = process_time()
+        for place in range(count):
+            who = (place + turn) % count
+            contestants[who].start()
+            begun = process_time()
+            for event in range(events):
                 contestants[who].update(event)
-                seconds[who, turn, event] = process_time() - begun
-    return Times(seconds[:, 1:].reshape(count, -1))
+            seconds[who, turn] = (process_time() - begun) / events
+    return Times(seconds[:, 1:])

@@ -102,6 +102,16 @@ def test_an_axis_that_cannot_help_does_not_drift() -> None:
     assert not torch.equal(start, end)
 
 
+def test_an_axis_that_cannot_help_does_not_drift_when_a_restart_wins() -> None:
+    text = vf.Text("recursive", "R")
+    handle = text.handle(0, 2, 15, 0.9889)
+    target = [vf.Target(handle, (211.2, 53.5)), vf.StayClose()]
+    assert vf.solve(text, target, restarts=0).status == "unreachable"
+    found = vf.solve(text, target)
+    assert found.status == "converged"
+    assert found.axes["CRSV"] == text.axes["CRSV"]
+
+
 @pytest.mark.parametrize("name", FONTS)
 def test_pins_hold_where_they_can(name: str) -> None:
     rng = np.random.default_rng(7)

@@ -266,6 +266,20 @@ def test_pins_hold_through_a_long_drag_and_do_not_creep(editor: Any) -> None:
     assert float((editor.text.position(pin) - held).norm()) < 0.5
 
 
+def test_a_pin_that_is_dragged_stays_where_it_was_left(editor: Any) -> None:
+    pin = editor.text.nearest(1500, 1080)
+    editor.pins = [pin]
+    start = editor.text.position(pin)
+    goal = editor.text.at(axes={"YTLC": 560}).position(pin).tolist()
+    drag(editor, pin, *goal)
+    moved = editor.text.position(pin)
+    assert float((moved - start).norm()) > 10
+    other = editor.text.nearest(400, 1100)
+    x, y = editor.text.position(other).tolist()
+    drag(editor, other, x + 20, y)
+    assert float((editor.text.position(pin) - moved).norm()) < 0.5
+
+
 def test_letters_apart_and_together_keep_axes_and_pins(editor: Any) -> None:
     editor.axes = {"wght": 300}
     editor.pins = [editor.text.nearest(150, 0)]

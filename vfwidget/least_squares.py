@@ -47,7 +47,7 @@ class Result:
     cost : float
         Sum of squared residuals there (scipy reports half of it), or of the loss.
     residual : (m,) array or tensor
-    active : (n,) int array or tensor
+    active : (n,) int array
         -1 or 1 where the lower or upper bound holds the point, else 0.
     iterations : int
         Accepted steps.

@@ -392,10 +392,12 @@ def _linearise(problem: Problem, state: State) -> Generator[Request, Array, Mode
         jacobian = yield True, x
     else:
         right, left = on_kink & (high > 0), on_kink & (low < 0)
-        jacobian = yield True, x + NUDGE * right - NUDGE * (on_kink & ~right)
+        ahead = x + NUDGE * right - NUDGE * (on_kink & ~right)
+        jacobian = yield True, np.clip(ahead, problem.lower, problem.upper)
         both = left & right
         if both.any():
-            behind = yield True, x - NUDGE * left + NUDGE * (on_kink & ~left)
+            beside = x - NUDGE * left + NUDGE * (on_kink & ~left)
+            behind = yield True, np.clip(beside, problem.lower, problem.upper)
             falls_ahead = -_pull(problem, state, jacobian)
             falls_behind = _pull(problem, state, behind)
             ahead_down, behind_down = both & (falls_ahead > 0), both & (falls_behind > 0)

@@ -156,10 +156,11 @@ def solve(
     energy = Energy(text, terms)
     start = text.coordinates
     lower, upper = text.word.bounds
+    kinks = energy.kinks
     problem = Problem(
         lower,
         upper,
-        energy.kinks,
+        kinks,
         scale_by_columns=False,
         tolerances=Tolerances(step=step_tolerance, gain=GAIN, zero=ZERO_COST),
     )
@@ -173,8 +174,11 @@ def solve(
 
     best = run(start.ravel())
     if best[-1] > MET and restarts > 0:
-        # The same places at every call, so that a solve can be repeated.
-        for place in np.random.default_rng(0).uniform(lower, upper, (restarts, start.size)):
+        # The same places at every call, so that a solve can be repeated. An axis that moves none
+        # of the points stays where it is.
+        places = np.random.default_rng(0).uniform(lower, upper, (restarts, start.size))
+        felt = np.isfinite(kinks).any(1)
+        for place in np.where(felt, places, start.ravel()):
             other = run(place)
             if other[0].cost < best[0].cost and other[-1] < best[-1] - MET:
                 best = other

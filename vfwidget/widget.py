@@ -240,6 +240,9 @@ class Editor(anywidget.AnyWidget):
             restarts=RESTARTS if released else 0,
         )
         self._adopt(solution.text, self.pins, keep_anchors=True)
+        if handle in self._anchors:
+            # A pin that is dragged itself is pinned where it was left.
+            self._anchors[handle] = solution.text.position(handle).numpy()
         return {
             "ok": True,
             "axes": self.axes,
