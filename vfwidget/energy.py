@@ -157,12 +157,10 @@ class Energy:
         self._latest = x, jacobian
         if not self._curved:
             return residual
-        return np.concatenate(
-            [
-                residual,
-                *(t.residual(self._text.positions(p, theta), theta) for t, p in self._curved),
-            ]
-        )
+        return np.concatenate([residual, *self._curved_residuals(theta)])
+
+    def _curved_residuals(self, theta: Array) -> list[Array]:
+        return [t.residual(self._text.positions(p, theta), theta) for t, p in self._curved]
 
     def jacobian(self, x: Array) -> Array:
         """Derivative of the residuals by flat Θ, (r, parameters · n)."""
@@ -189,14 +187,12 @@ class Energy:
 
     def accounts(self, x: Array, residual: Array) -> list[Account]:
         """What each term comes to at flat Θ, in the order the terms were given."""
+        theta = x.reshape(self._shape)
         own = self._rows.split(residual)
+        curved = self._curved_residuals(theta)
         accounts = []
         for term in self._terms:
-            if term.affine:
-                part = own.pop(0)
-            else:
-                theta = x.reshape(self._shape)
-                part = term.residual(self._text.positions(term.points(self._text), theta), theta)
+            part = (own if term.affine else curved).pop(0)
             accounts.append(Account(term, term.miss(part), float(part @ part)))
         return accounts
 
