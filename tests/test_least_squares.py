@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 import torch
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import vfwidget as vf
@@ -109,6 +109,7 @@ def test_a_minimum_on_a_kink_is_landed_on_exactly() -> None:
 
 
 @given(seeds)
+@example(1236643)  # Its normal matrix has no full rank, and the damping falls to its least.
 @settings(max_examples=80, deadline=None)
 def test_where_it_stops_no_step_along_any_direction_goes_down(seed: int) -> None:
     rng = np.random.default_rng(seed)

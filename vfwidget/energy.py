@@ -14,7 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .arrays import Array, BoolArray
+from .arrays import Array
 from .errors import SolveError
 from .text import Text
 from .word import Handle, PointSet
@@ -126,8 +126,8 @@ class Account:
 class Energy:
     """Terms bound to a text: stacked residuals and their Jacobian, as functions of flat Θ.
 
-    The residuals of affine terms are affine in the scaling factors and in Θ, once for all:
-    ``c + Σ_letters G γ(θ_letter) + T Θ``; the other terms are evaluated from their points.
+    The residuals of affine terms are affine in the scaling factors and in Θ, once for all
+    (:class:`AffineRows`); the other terms are evaluated from their points.
     """
 
     def __init__(self, text: Text, terms: Sequence[Term]) -> None:
@@ -137,11 +137,13 @@ class Energy:
         self._shape = text.coordinates.shape
         bound = [term.bind(text) for term in terms]
         pairs = [(term, term.points(text)) for term in bound]
-        rows = AffineRows(text, [pair for pair in pairs if pair[0].affine])
-        self._rows = rows
+        affine = [pair for pair in pairs if pair[0].affine]
+        # A drag brings the same terms at every event; only what they ask for changes.
+        key = tuple(term.key() for term, _ in affine)
+        self._rows = text.word.remember(key, lambda: AffineRows(text, affine))
+        self._constant = self._rows.constant(affine)
         self._curved = [pair for pair in pairs if not pair[0].affine]
         self._terms = bound
-        self._latest: tuple[Array, Array] | None = None
 
     @property
     def kinks(self) -> Array:
@@ -152,9 +154,7 @@ class Energy:
     def residual(self, x: Array) -> Array:
         """All residuals (r,) at flat Θ: those of affine terms, then those of the others."""
         theta = x.reshape(self._shape)
-        residual, jacobian = self._rows.evaluate(theta)
-        # The Jacobian of the affine rows comes almost free; it is asked for next, if x is good.
-        self._latest = x, jacobian
+        residual = self._constant + self._rows.evaluate(theta)[0]
         if not self._curved:
             return residual
         return np.concatenate([residual, *self._curved_residuals(theta)])
@@ -165,10 +165,7 @@ class Energy:
     def jacobian(self, x: Array) -> Array:
         """Derivative of the residuals by flat Θ, (r, parameters · n)."""
         theta = x.reshape(self._shape)
-        if self._latest is not None and self._latest[0] is x:
-            jacobian = self._latest[1]
-        else:
-            _, jacobian = self._rows.evaluate(theta)
+        jacobian = self._rows.evaluate(theta)[1]
         if not self._curved:
             return jacobian
         return np.concatenate([jacobian, *(self._chain(t, p, theta) for t, p in self._curved)])
@@ -198,103 +195,29 @@ class Energy:
 
 
 class AffineRows:
-    """Residuals of affine terms, compiled: ``c + Σ_letters G γ(θ_letter) + T Θ``.
+    """What affine terms keep while their goals change: ``Σ_letters G γ(θ_letter) + T Θ``.
+
+    Rows that no point moves come last, and are left out of G.
 
     Attributes
     ----------
     felt : (M,) bool array
-        Which of the word's regions any of them depends on.
+        Which of the word's regions any of the terms depends on.
     """
 
     def __init__(self, text: Text, terms: Sequence[tuple[Term, PointSet]]) -> None:
         self._word = word = text.word
-        # A drag brings the same terms at every event; only what they ask for changes.
-        key = tuple(term.key() for term, _ in terms)
-        self._compiled = word.remember(key, lambda: CompiledRows.of(text, terms))
-        constant = self._compiled.offset.copy()
         zero = np.zeros_like(text.coordinates)
-        for (term, points), part in zip(terms, self._compiled.slices, strict=True):
-            constant[part] += term.residual(np.zeros((len(points.letter), 2)), zero)
-        self._constant = constant
-        self.felt = self._compiled.felt
-
-    def split(self, residual: Array) -> list[Array]:
-        """Each term's part of the residual, in the order the terms were given."""
-        return [residual[part] for part in self._compiled.slices]
-
-    def evaluate(self, theta: Array) -> tuple[Array, Array]:
-        """Residuals (r,) and their derivative by flat Θ, (r, parameters · n)."""
-        regions, compiled = self._word.regions, self._compiled
-        gamma, slopes = regions.scalars_and_slopes(theta)
-        gain = compiled.gain
-        moving = slice(len(gain))
-        residual = self._constant + compiled.straight @ theta.ravel()
-        if compiled.may_vanish:
-            residual[moving], gain = self._hold_advances(residual[moving], gamma)
-        residual[moving] += gain @ gamma.ravel()
-        # (row, letter, region · slot) times the one-hot matrix of the slots' axes.
-        q = slopes.shape[-1]
-        weighted = gain[..., None] * slopes.reshape(-1, q)
-        one_hot = regions.one_hot.reshape(-1, theta.shape[-1])
-        by_axis = weighted.reshape(len(gain), len(theta), len(one_hot)) @ one_hot
-        jacobian = compiled.straight.copy()
-        jacobian[moving] += by_axis.reshape(len(gain), theta.size)
-        return residual, jacobian
-
-    def _hold_advances(self, residual: Array, gamma: Array) -> tuple[Array, Array]:
-        """Take out again what advances below zero would push: they are held at zero."""
-        word, compiled = self._word, self._compiled
-        negative = word.unclipped_advances(gamma) < 0
-        if not negative.any():
-            return residual, compiled.gain
-        pushed = compiled.pushed * negative
-        return residual - pushed @ word.advance_base, compiled.gain - word.advance_rows(pushed)
-
-
-@dataclass(frozen=True)
-class CompiledRows:
-    """What affine terms' rows keep while their goals change.
-
-    Rows that no point moves come last, and are left out of ``gain`` and ``pushed``.
-
-    Attributes
-    ----------
-    offset : (r,) array
-        c, but for the terms' own constants.
-    straight : (r, parameters · n) array
-        T.
-    gain : (r', parameters · M) array
-        G.
-    pushed : (r', l) array
-        How much of each letter's advance is in G.
-    slices : list of slice
-        Where each term's rows are.
-    felt : (M,) bool array
-    may_vanish : bool
-        Whether an advance in G can come to less than nothing.
-    """
-
-    offset: Array
-    straight: Array
-    gain: Array
-    pushed: Array
-    slices: list[slice]
-    felt: BoolArray
-    may_vanish: bool
-
-    @staticmethod
-    def of(text: Text, terms: Sequence[tuple[Term, PointSet]]) -> CompiledRows:
-        """Compile terms: their derivatives, being constant, are asked for once, at nowhere."""
-        word, zero = text.word, np.zeros_like(text.coordinates)
+        # Being constant, their derivatives are asked for once, at nowhere.
         parts = [term.derivative(np.zeros((len(p.letter), 2)), zero) for term, p in terms]
         offset, straight = [np.zeros(0)], [np.zeros((0, zero.size))]
         gain = [np.zeros((0, len(zero) * len(word.regions.support)))]
         pushed = [np.zeros((0, len(word.glyphs)))]
-        slices = [slice(0)] * len(parts)
+        self._slices = [slice(0)] * len(parts)
         end = 0
         for index in sorted(range(len(parts)), key=lambda i: parts[i].points is None):
             by, size = parts[index], parts[index].size
-            slices[index] = slice(end, end + size)
+            self._slices[index] = slice(end, end + size)
             end += size
             own = np.zeros((size, zero.size)) if by.theta is None else by.theta
             straight.append(own.reshape(size, zero.size))
@@ -306,14 +229,58 @@ class CompiledRows:
             offset.append(flat @ rows.base)
             gain.append(flat @ rows.gain)
             pushed.append(flat @ rows.pushed)
-        gains, pushes = np.concatenate(gain), np.concatenate(pushed)
-        felt = (gains != 0).any(0).reshape(len(zero), len(word.regions.support)).any(0)
-        return CompiledRows(
-            offset=np.concatenate(offset),
-            straight=np.concatenate(straight),
-            gain=gains,
-            pushed=pushes,
-            slices=slices,
-            felt=felt,
-            may_vanish=bool((pushes != 0)[:, word.can_vanish].any()),
-        )
+        self._offset, self._straight = np.concatenate(offset), np.concatenate(straight)
+        self._gain, self._pushed = np.concatenate(gain), np.concatenate(pushed)
+        felt = (self._gain != 0).any(0).reshape(len(zero), len(word.regions.support))
+        self.felt = felt.any(0)
+        self._may_vanish = bool((self._pushed != 0)[:, word.can_vanish].any())
+        self._latest: tuple[bytes, tuple[Array, Array]] | None = None
+
+    def constant(self, terms: Sequence[tuple[Term, PointSet]]) -> Array:
+        """What their present goals add to the rows, (r,)."""
+        zero = np.zeros((self._word.parameters, len(self._word.font.axes)))
+        constant = self._offset.copy()
+        for (term, points), part in zip(terms, self._slices, strict=True):
+            constant[part] += term.residual(np.zeros((len(points.letter), 2)), zero)
+        return constant
+
+    def split(self, residual: Array) -> list[Array]:
+        """Each term's part of the residual, in the order the terms were given."""
+        return [residual[part] for part in self._slices]
+
+    def evaluate(self, theta: Array) -> tuple[Array, Array]:
+        """The rows at Θ, (r,), and their derivative by flat Θ, (r, parameters · n).
+
+        The derivative comes almost free with the rows and is asked for next, and a drag goes on
+        from where its last solve ended: the latest place is kept.
+        """
+        place, latest = theta.tobytes(), self._latest
+        if latest is None or latest[0] != place:
+            self._latest = latest = place, self._evaluate(theta)
+        return latest[1]
+
+    def _evaluate(self, theta: Array) -> tuple[Array, Array]:
+        regions, gain = self._word.regions, self._gain
+        gamma, slopes = regions.scalars_and_slopes(theta)
+        moving = slice(len(gain))
+        rows = self._straight.dot(theta.ravel())
+        if self._may_vanish:
+            rows[moving], gain = self._hold_advances(rows[moving], gamma)
+        rows[moving] += gain.dot(gamma.ravel())
+        # (row, letter, region · slot) times the one-hot matrix of the slots' axes.
+        q = slopes.shape[-1]
+        weighted = gain[..., None] * slopes.reshape(-1, q)
+        one_hot = regions.one_hot.reshape(-1, theta.shape[-1])
+        by_axis = weighted.reshape(len(gain), len(theta), len(one_hot)) @ one_hot
+        jacobian = self._straight.copy()
+        jacobian[moving] += by_axis.reshape(len(gain), theta.size)
+        return rows, jacobian
+
+    def _hold_advances(self, rows: Array, gamma: Array) -> tuple[Array, Array]:
+        """Take out again what advances below zero would push: they are held at zero."""
+        word = self._word
+        negative = word.unclipped_advances(gamma) < 0
+        if not negative.any():
+            return rows, self._gain
+        pushed = self._pushed * negative
+        return rows - pushed @ word.advance_base, self._gain - word.advance_rows(pushed)

@@ -41,8 +41,9 @@ from .quadratic import minimise_quadratic
 
 NUDGE = 1e-8
 """How far beside a kink its one-sided derivative is asked for."""
-INITIAL_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
-"""Relative to the damping's unit: 1 where it weighs by columns, else the largest of them."""
+INITIAL_DAMPING, LEAST_DAMPING = 1e-4, 1e-14
+"""Relative to the damping's unit: 1 where it weighs by columns, else the largest of them. The
+least must outlast rounding, or a matrix that has no full rank stays singular."""
 FAINTEST = 1e-12
 """Where the search for a first damping begins."""
 GOOD_GAIN = 0.75
@@ -102,19 +103,18 @@ class Problem:
 
     def cost(self, residual: Array) -> float:
         """Cost of a residual; infinite where it is not finite."""
-        # Where a trial overflows, infinity is answer enough.
-        with np.errstate(over="ignore", invalid="ignore"):
-            value = float(robust_cost(residual, self.loss, self.loss_scale))
+        value = float(robust_cost(residual, self.loss, self.loss_scale))
         return value if math.isfinite(value) else math.inf
 
 
 class Model(NamedTuple):
-    """The linear model at an iterate, and how far each coordinate may go in it."""
+    """The linear model at an iterate, its unit of damping, and how far each coordinate may go."""
 
     jacobian: Array
     gradient: Array
     normal: Array
     columns: Array
+    unit: float
     low: Array
     high: Array
 
@@ -208,12 +208,13 @@ def drive(
     asking: Asking, residual: Callable[[Array], Array], jacobian: Callable[[Array], Array]
 ) -> Any:
     """Answer a generator's requests until it returns; its value."""
-    try:
-        wants_jacobian, x = next(asking)
-        while True:
-            wants_jacobian, x = asking.send(jacobian(x) if wants_jacobian else residual(x))
-    except StopIteration as end:
-        return end.value
+    with _quiet():
+        try:
+            wants_jacobian, x = next(asking)
+            while True:
+                wants_jacobian, x = asking.send(jacobian(x) if wants_jacobian else residual(x))
+        except StopIteration as end:
+            return end.value
 
 
 def drive_many(
@@ -226,19 +227,25 @@ def drive_many(
     values: list[Any] = [None] * len(asking)
     places = starts.copy()
     requests = {row: next(generator) for row, generator in enumerate(asking)}
-    while requests:
-        # Rows that ask for the other thing, or for nothing, are evaluated where they last stood.
-        for row, (_, x) in requests.items():
-            places[row] = x
-        wanted = {wants for wants, _ in requests.values()}
-        answers = {wants: (jacobian if wants else residual)(places) for wants in wanted}
-        for row, (wants, _) in list(requests.items()):
-            try:
-                requests[row] = asking[row].send(answers[wants][row])
-            except StopIteration as end:
-                values[row] = end.value
-                del requests[row]
+    with _quiet():
+        while requests:
+            # Rows that ask for the other thing, or nothing, are evaluated where they last stood.
+            for row, (_, x) in requests.items():
+                places[row] = x
+            wanted = {wants for wants, _ in requests.values()}
+            answers = {wants: (jacobian if wants else residual)(places) for wants in wanted}
+            for row, (wants, _) in list(requests.items()):
+                try:
+                    requests[row] = asking[row].send(answers[wants][row])
+                except StopIteration as end:
+                    values[row] = end.value
+                    del requests[row]
     return values
+
+
+def _quiet() -> np.errstate:
+    """Where a trial overflows, its infinite cost is answer enough."""
+    return np.errstate(over="ignore", invalid="ignore")
 
 
 def active_bounds(problem: Problem, state: State, jacobian: Callable[[Array], Array]) -> Array:
@@ -272,19 +279,13 @@ def _damped(problem: Problem, state: State, model: Model) -> Array:
         weights = np.where(state.scale > 0, state.scale, 1.0)
         if not state.damping:
             state.damping = _first_damping(state, model, weights)
-    unit = _unit(problem, model)
-    state.damping = max(state.damping or INITIAL_DAMPING * unit, LEAST_DAMPING * unit)
+    state.damping = max(state.damping or INITIAL_DAMPING * model.unit, LEAST_DAMPING * model.unit)
     return _with_diagonal(model.normal, state.damping * weights)
-
-
-def _unit(problem: Problem, model: Model) -> float:
-    """What damping is measured in."""
-    return 1.0 if problem.scale_by_columns else float(model.columns.max())
 
 
 def _with_diagonal(matrix: Array, more: Any) -> Array:
     system = matrix.copy()
-    system.flat[:: len(system) + 1] += more
+    system.ravel()[:: len(system) + 1] += more
     return system
 
 
@@ -315,8 +316,8 @@ def _try(
     if walled:
         d = minimise_quadratic(system, model.gradient, low, high)
     # What the model promises is for the straight step; the bent one is to keep it better.
-    promised = -float(2 * model.gradient @ d + d @ model.normal @ d)
-    freely = not walled and state.damping <= INITIAL_DAMPING * _unit(problem, model)
+    promised = -float(2 * model.gradient.dot(d) + d.dot(model.normal).dot(d))
+    freely = not walled and state.damping <= INITIAL_DAMPING * model.unit
     if freely and promised <= problem.tolerances.gain:
         # Nothing holds the step back, and it is not worth the look.
         return _Trial(d, state.x, state.residual, state.cost, promised, 0.0)
@@ -385,12 +386,11 @@ def _linearise(problem: Problem, state: State) -> Generator[Request, Array, Mode
     """The Jacobian of the sides that go down, and the room there is on them."""
     x = state.x
     low, high = problem.lower - x, problem.upper - x
-    on_kink = None
-    if problem.kinks is not None:
-        on_kink = (abs(problem.kinks - x[:, None]) < NUDGE).any(1)
-    if on_kink is None or not on_kink.any():
+    near = problem.kinks is not None and abs(problem.kinks - x[:, None]) < NUDGE
+    if near is False or not near.any():
         jacobian = yield True, x
     else:
+        on_kink = near.any(1)
         right, left = on_kink & (high > 0), on_kink & (low < 0)
         ahead = x + NUDGE * right - NUDGE * (on_kink & ~right)
         jacobian = yield True, np.clip(ahead, problem.lower, problem.upper)
@@ -412,13 +412,16 @@ def _linearise(problem: Problem, state: State) -> Generator[Request, Array, Mode
             f"{len(x)} variables need {(len(state.residual), len(x))}."
         )
     residual, jacobian = rescale(state.residual, jacobian, problem.loss, problem.loss_scale)
-    normal = jacobian.T @ jacobian
+    # On arrays this small a call of dot costs half of what @ does.
+    normal = jacobian.T.dot(jacobian)
     columns = normal.diagonal()
-    if not math.isfinite(float(columns.sum())):
+    unit = float(columns.max())
+    if not math.isfinite(unit):
         raise SolveError("The Jacobian holds NaN or infinity.")
     if problem.scale_by_columns:
         state.scale = np.maximum(state.scale, columns)
-    return Model(jacobian, residual @ jacobian, normal, columns, low, high)
+        unit = 1.0
+    return Model(jacobian, residual.dot(jacobian), normal, columns, unit, low, high)
 
 
 def _pull(problem: Problem, state: State, jacobian: Array) -> Array:

@@ -47,7 +47,7 @@ def rho(z: Any, loss: str) -> tuple[Any, Any, Any]:
 def robust_cost(residual: Any, loss: str, scale: float) -> Any:
     """The cost of residuals (m,)."""
     if loss == "linear":
-        return residual @ residual
+        return residual.dot(residual)
     return scale**2 * rho((residual / scale) ** 2, loss)[0].sum()
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from .arrays import Array
 from .energy import Account, Energy, Term
+from .handle_terms import Pin
 from .least_squares import LIMIT, Iterate
 from .levenberg_marquardt import Problem, State, Tolerances, active_bounds, drive, finish
 from .text import Text
@@ -22,6 +23,8 @@ MET = 0.5
 GAIN = 1e-4
 """Squared font units: a step that gains less ends the solve, for the curved valleys along which
 :class:`StayClose` still falls a little are long."""
+SOFT = 100.0
+"""Weight of a pin while a restart finds its way."""
 ZERO_COST = 1e-12
 """Squared font units: a millionth of a unit is below what any renderer shows."""
 
@@ -108,6 +111,10 @@ class Solution:
         return "\n".join(lines)
 
 
+def _softened(term: Term) -> Term:
+    return replace(term, weight=min(term.weight, SOFT)) if isinstance(term, Pin) else term
+
+
 def _rows(text: Text) -> list[dict[str, float]]:
     return [text.axes] if text.shared else text.axes
 
@@ -165,10 +172,13 @@ def solve(
         tolerances=Tolerances(step=step_tolerance, gain=GAIN, zero=ZERO_COST),
     )
 
+    def descend(energy: Energy, x0: Array, history: list[Any]) -> State:
+        asking = finish(problem, x0, max_iterations, history)
+        return cast(State, drive(asking, energy.residual, energy.jacobian))
+
     def run(x0: Array) -> tuple[State, list[Any], list[Account], float]:
         history: list[Any] = []
-        asking = finish(problem, x0, max_iterations, history)
-        state = drive(asking, energy.residual, energy.jacobian)
+        state = descend(energy, x0, history)
         accounts = energy.accounts(state.x, state.residual)
         return state, history, accounts, max(account.miss or 0.0 for account in accounts)
 
@@ -178,8 +188,14 @@ def solve(
         # of the points stays where it is.
         places = np.random.default_rng(0).uniform(lower, upper, (restarts, start.size))
         felt = np.isfinite(kinks).any(1)
+        # From far away stiff terms make narrow, winding valleys: they come in once it is near.
+        soft = Energy(text, [_softened(term) for term in terms])
         for place in np.where(felt, places, start.ravel()):
-            other = run(place)
+            near = descend(soft, place, [])
+            if near.cost >= best[0].cost:
+                # Stiff terms only add to the cost.
+                continue
+            other = run(near.x)
             if other[0].cost < best[0].cost and other[-1] < best[-1] - MET:
                 best = other
 

@@ -75,7 +75,7 @@ class Regions:
         # peak itself: its line holds a hair longer.
         self._peak = np.where(cliff, np.inf, np.where(wall, -np.inf, self._peak))
         self._end = np.where(cliff & (end < 1), end + ON_KINK, self._end)
-        self._own = np.eye(q)
+        self._own = np.eye(q, dtype=bool)
 
     def _pieces(self, w: Any) -> tuple[Any, Any]:
         """φ and its slope for every slot: two (..., m, q) arrays."""
@@ -101,7 +101,8 @@ class Regions:
         """
         xp = namespace(w)
         phi, slope = self._pieces(w)
-        others = xp.where(like(self._own, w) > 0, 1.0, phi[..., None, :]).prod(-1)
+        own = self._own if xp is np else xp.from_numpy(self._own).to(w.device)
+        others = xp.where(own, 1.0, phi[..., None, :]).prod(-1)
         return phi.prod(-1), slope * others
 
     def scalars_and_jacobian(self, w: Any) -> tuple[Any, Any]:
