@@ -7,11 +7,13 @@ error; the view keeps one in flight. ``js/README.md`` states the contract.
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import resources
-from typing import Any
+from pathlib import Path
+from typing import Any, overload
 
 import anywidget
 import numpy as np
@@ -23,6 +25,7 @@ from .errors import SolveError, TextError, VFWidgetError
 from .font import Font
 from .font.source import FontSource
 from .handle_terms import Pin, Target
+from .page import page, view
 from .solution import solve
 from .text import AxisValues, Text
 from .word import Handle, Word
@@ -33,6 +36,13 @@ CALM = 0.001
 MOVE_ITERATIONS = 30
 RELEASE_ITERATIONS = 200
 RESTARTS = 8
+
+PAGE_TRAITS = ("_word", "axes", "shared")
+"""What a view needs on a page without a kernel."""
+PAGE_STYLE = """
+:root { color-scheme: light dark; }
+body { max-width: 1000px; margin: 24px auto; padding: 0 16px; --vfw-height: 60vh; }
+"""
 
 
 def _static(name: str) -> str:
@@ -120,6 +130,34 @@ class Editor(anywidget.AnyWidget):
                 pins=[],
             )
         self.on_msg(self._answer)
+
+    @overload
+    def to_html(self) -> str: ...
+    @overload
+    def to_html(self, path: str | os.PathLike[str]) -> None: ...
+    def to_html(self, path: str | os.PathLike[str] | None = None) -> str | None:
+        """The word as a page of its own, with sliders that need neither a kernel nor a network.
+
+        The sliders start where the axes are now. Dragging the outline takes a solver, and stays
+        with the notebook.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            The file to write. Without it, the page is returned.
+
+        Returns
+        -------
+        str or None
+        """
+        with self._lock:
+            body = view(self.get_state(PAGE_TRAITS))
+            title = f"{self.text.string} in {self.text.font.family_name}"
+        made = page(title, body, self._esm, self._css + PAGE_STYLE)
+        if path is None:
+            return made
+        Path(path).write_text(made, encoding="utf-8")
+        return None
 
     @contextmanager
     def _adoption(self) -> Iterator[None]:

@@ -8,6 +8,8 @@ import { Marks } from "./marks.js";
 import { Session, TRAITS } from "./session.js";
 
 const HINT = "Drag the outline to change the font. Click it to pin a point.";
+const KEYS = "Page Down chooses a point, arrow keys move it, Enter pins it.";
+const HINT_ALONE = "Move the sliders to change the font. Dragging the outline needs a kernel.";
 const SILENT = "The kernel is not answering.";
 /** What an answer means when it brings no words of its own. @type {Record<string, string>} */
 const MEANING = { converged: "Reached.", unreachable: "The font cannot reach that point.", running: "Solving …" };
@@ -16,9 +18,10 @@ const MEANING = { converged: "Reached.", unreachable: "The font cannot reach tha
 const CALM = 500, CATCH_UP = 300;
 
 export class Editor {
-  /** @param {any} model anywidget's */
+  /** @param {any} model anywidget's; without a `send` there is nobody to solve, and sliders are all there is */
   constructor(model) {
     this.model = model;
+    this.alone = model.send === undefined;
     const view = Math.random().toString(36).slice(2, 12);
     this.ending = new AbortController();
     this.frame = this.calm = this.catchUp = 0;
@@ -39,7 +42,9 @@ export class Editor {
     this.marks = new Marks(this.drawing.overlay);
     this.gestures = new Gestures({
       drawing: this.drawing, session: this.session, channel: this.channel, changed,
-      guard: (handler) => this.guard(handler), signal: this.ending.signal,
+      guard: (handler) => this.guard(handler),
+      // Nothing listens that was aborted beforehand.
+      signal: this.alone ? AbortSignal.abort() : this.ending.signal,
     });
     const act = (/** @type {(...values: any[]) => void} */ action) => this.guard((...values) => {
       this.say("idle", "");
@@ -52,12 +57,14 @@ export class Editor {
       share: act((shared) => this.session.setShared(shared)),
       select: act((letter) => this.session.select(letter)),
     }, `vfw-${view}`);
+    this.controls.unpin.hidden = this.alone;
     this.family = html("div", { class: "vfw-family" });
     this.line = html("div", { class: "vfw-status", role: "status", "aria-live": "polite" });
     this.root = html("div", { class: "vfwidget vfwidget-editor" },
       html("div", { class: "vfw-stage" }, this.family, this.drawing.svg),
       html("div", { class: "vfw-bar" }, this.line, this.controls.bar), this.controls.element);
-    for (const [name, value] of Object.entries({ tabindex: 0, role: "application", "data-lm-suppress-shortcuts": "true" })) {
+    const stance = this.alone ? { role: "img" } : { tabindex: 0, role: "application", "data-lm-suppress-shortcuts": "true" };
+    for (const [name, value] of Object.entries(stance)) {
       this.drawing.svg.setAttribute(name, String(value));
     }
 
@@ -129,8 +136,7 @@ export class Editor {
       drawing.setWord(word, session.axes);
       controls.setWord(word);
       this.family.textContent = word.family;
-      drawing.svg.setAttribute("aria-label", `${word.string} in ${word.family}. ${HINT} ` +
-        "Page Down chooses a point, arrow keys move it, Enter pins it.");
+      drawing.svg.setAttribute("aria-label", `${word.string} in ${word.family}. ${this.alone ? "" : `${HINT} ${KEYS}`}`);
     }
     if (this.drawn !== session.version) {
       this.drawn = session.version;
@@ -175,7 +181,7 @@ export class Editor {
       : problems.size > 0 ? { kind: "error", text: [...problems.values()].join("\n") }
         : this.status;
     this.line.setAttribute("data-status", kind);
-    const words = text || HINT;
+    const words = text || (this.alone ? HINT_ALONE : HINT);
     if (this.line.textContent !== words) this.line.textContent = words;
   }
 

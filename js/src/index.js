@@ -1,5 +1,6 @@
-/** The anywidget module: a view of the editor's model. */
+/** The anywidget module: a view of the editor's model. `mount` is for pages without a kernel. */
 import { Editor } from "./editor.js";
+import { mountAll } from "./page.js";
 
 /** @param {{model: any, el: HTMLElement}} context */
 function render({ model, el }) {
@@ -8,4 +9,5 @@ function render({ model, el }) {
   return () => editor.destroy();
 }
 
+export const mount = () => mountAll(render);
 export default { render };

@@ -1,0 +1,202 @@
+"""Run notebooks and render them as pages that need no kernel: ``python docs/gallery.py site``.
+
+Editors keep their sliders; what only a kernel can answer is shown as it was last. A page fetches
+nothing: equations are MathML, and figures and views lie in the page.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+import time
+from collections.abc import Iterator, Sequence
+from html import escape
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import nbformat
+from jinja2 import pass_context
+from latex2mathml.converter import convert
+from nbclient import NotebookClient
+from nbconvert import HTMLExporter
+from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
+from nbformat import NotebookNode
+from nbformat.v4 import new_output
+from pygments.formatters import HtmlFormatter
+
+from vfwidget.page import page, view
+from vfwidget.widget import PAGE_TRAITS, Editor
+
+ROOT = Path(__file__).parents[1]
+STYLE = Path(__file__).with_suffix(".css").read_text(encoding="utf-8")
+SECONDS = 600
+WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
+WIDGET_STATE = "application/vnd.jupyter.widget-state+json"
+
+
+def run(path: Path) -> NotebookNode:
+    """A notebook with its outputs, and the last state of its widgets in the metadata."""
+    notebook = nbformat.read(path, as_version=4)
+    with TemporaryDirectory() as folder:
+        resources = {"metadata": {"path": folder}}
+        client = NotebookClient(notebook, timeout=SECONDS, resources=resources)
+        client.execute()
+    return notebook
+
+
+class Markdown(IPythonRenderer):
+    """Markdown whose equations are MathML and whose links to notebooks lead to their pages."""
+
+    def block_math(self, body: str) -> str:
+        return convert(body, display="block")
+
+    def inline_math(self, body: str) -> str:
+        return convert(body)
+
+    def latex_environment(self, name: str, body: str) -> str:
+        return convert(f"\\begin{{{name}}}{body}\\end{{{name}}}", display="block")
+
+    def link(self, text: str, url: str, title: str | None = None) -> str:
+        return super().link(text, re.sub(r"^([\w./-]+)\.ipynb\b", r"\1.html", url), title)
+
+
+def render(markdown: str, attachments: Any = None) -> str:
+    renderer = Markdown(escape=False, attachments=attachments)
+    return str(MarkdownWithMath(renderer=renderer).render(markdown))
+
+
+class Exporter(HTMLExporter):
+    """The body of a page: nbconvert's plainest template, with the Markdown above."""
+
+    @pass_context
+    def markdown2html(self, context: Any, source: str) -> str:
+        return render(source, context.get("cell", {}).get("attachments"))
+
+
+class Widgets:
+    """The widgets of a notebook that has run, as outputs that need no kernel."""
+
+    def __init__(self, notebook: NotebookNode) -> None:
+        state = notebook.metadata.pop("widgets", {}).get(WIDGET_STATE, {})
+        self.models: dict[str, Any] = state.get("state", {})
+        for model in self.models.values():
+            for buffer in model.get("buffers", []):
+                *way, last = buffer["path"]
+                place = model["state"]
+                for step in way:
+                    place = place[step]
+                place[last] = buffer["data"]
+
+    def settle(self, output: NotebookNode) -> Iterator[NotebookNode]:
+        """The outputs to show in place of one."""
+        data = output.get("data", {})
+        if WIDGET_VIEW in data:
+            yield from self.show(data[WIDGET_VIEW]["model_id"])
+            return
+        if "text/latex" in data and "text/html" not in data:
+            output.data = NotebookNode({"text/markdown": data["text/latex"]})
+        yield output
+
+    def show(self, name: str) -> Iterator[NotebookNode]:
+        """A widget: a live view, the widgets in a box, its last picture, or a placeholder."""
+        model = self.models[name]
+        state = model["state"]
+        if state.get("_anywidget_id") == f"{Editor.__module__}.{Editor.__qualname__}":
+            yield _html(view({trait: state[trait] for trait in PAGE_TRAITS}))
+        elif "children" in state:
+            for child in state["children"]:
+                yield from self.show(child.removeprefix("IPY_MODEL_"))
+        elif "outputs" in state:
+            for output in nbformat.from_dict(state["outputs"]):
+                yield from self.settle(output)
+        elif model["model_name"] == "ImageModel" and state["format"] in ("png", "jpeg"):
+            yield new_output("display_data", {f"image/{state['format']}": state["value"]})
+            yield _html(
+                '<p class="control">It takes a kernel to draw this anew: open in Jupyter</p>'
+            )
+        elif model["model_name"] in ("HTMLModel", "HTMLMathModel"):
+            yield _html(state["value"])
+        elif model["model_name"] == "LabelModel":
+            yield _html(f"<p>{escape(state['value'])}</p>")
+        else:
+            yield _html(_placeholder(model["model_name"].removesuffix("Model"), state))
+
+
+def _html(text: str) -> NotebookNode:
+    return new_output("display_data", {"text/html": text})
+
+
+def _placeholder(kind: str, state: dict[str, Any]) -> str:
+    value = state.get("value")
+    if "_options_labels" in state and state.get("index") is not None:
+        value = state["_options_labels"][state["index"]]
+    shown = "" if value is None else f" <b>{escape(str(value))}</b>"
+    label = escape(state.get("description") or kind)
+    return f'<p class="control">{label}{shown} <small>needs a kernel: open in Jupyter</small></p>'
+
+
+def body_of(notebook: NotebookNode) -> str:
+    widgets = Widgets(notebook)
+    for cell in notebook.cells:
+        if cell.cell_type == "code":
+            cell.outputs = [new for old in cell.outputs for new in widgets.settle(old)]
+    exporter = Exporter(
+        template_name="basic", exclude_input_prompt=True, exclude_output_prompt=True
+    )
+    return str(exporter.from_notebook_node(notebook)[0])
+
+
+def write(path: Path, title: str, body: str) -> None:
+    style = Editor._css + HtmlFormatter().get_style_defs(".highlight") + STYLE
+    path.write_text(page(title, body, Editor._esm, style), encoding="utf-8")
+
+
+def first_words(path: Path) -> tuple[str, str]:
+    """The title of a notebook and the paragraph under it."""
+    source = nbformat.read(path, as_version=4).cells[0].source
+    found = re.match(r"# (.+)\n*(.*)", source)
+    return (re.sub(r"[`*$]", "", found[1]), found[2]) if found else (path.stem, "")
+
+
+def build(target: Path, notebooks: Sequence[Path]) -> None:
+    """Write a page for each notebook, in this order, and an index of them."""
+    target.mkdir(parents=True, exist_ok=True)
+    words = [first_words(path) for path in notebooks]
+    links = [
+        f'<a href="{path.stem}.html">{escape(title)}</a>'
+        for path, (title, _) in zip(notebooks, words, strict=True)
+    ]
+    for i, path in enumerate(notebooks):
+        began = time.perf_counter()
+        before = f"<span>← {links[i - 1]}</span>" if i > 0 else "<span></span>"
+        after = f"<span>{links[i + 1]} →</span>" if i + 1 < len(links) else "<span></span>"
+        around = f'<nav>{before}<a href="index.html">All notebooks</a>{after}</nav>'
+        note = (
+            '<p class="note">Sliders move the letters on this page. Dragging an outline, and what '
+            f'Python draws, take <a href="{path.name}" download>the notebook</a> in Jupyter.</p>'
+        )
+        body = f"{around}\n{note}\n<main>{body_of(run(path))}</main>\n{around}"
+        write(target / f"{path.stem}.html", words[i][0], body)
+        shutil.copyfile(path, target / path.name)
+        size = (target / f"{path.stem}.html").stat().st_size
+        print(f"{path.stem}: {time.perf_counter() - began:.0f} s, {size / 1e6:.1f} MB", flush=True)
+    entries = [
+        f"<li>{link}{render(start)}</li>" for link, (_, start) in zip(links, words, strict=True)
+    ]
+    about = "Take a letter of a variable font by its outline and pull: the axes follow."
+    index = f'<main class="index"><h1>vfwidget</h1><p>{about}</p><ol>{"".join(entries)}</ol></main>'
+    write(target / "index.html", "vfwidget: the notebooks", index)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("target", type=Path, nargs="?", default=ROOT / "site")
+    parser.add_argument("notebooks", type=Path, nargs="*")
+    given = parser.parse_args()
+    build(given.target, given.notebooks or sorted((ROOT / "notebooks").glob("*.ipynb")))
+
+
+if __name__ == "__main__":
+    main()
