@@ -11,6 +11,7 @@ from .errors import (
     AxisWarning,
     FontError,
     GlyphError,
+    ImageError,
     SolveError,
     TextError,
     VFWidgetError,
@@ -25,9 +26,13 @@ from .word_terms import Area, AxisTarget, Residual, StayClose, Width
 
 if TYPE_CHECKING:
     from . import plot
+    from .raster import rasterize
     from .widget import Editor
 
 __version__ = "0.1.0"
+
+LAZY = {"Editor": ".widget", "rasterize": ".raster"}
+"""Where to find what is loaded only when it is asked for."""
 
 __all__ = [
     "Area",
@@ -43,6 +48,7 @@ __all__ = [
     "Glyph",
     "GlyphError",
     "Handle",
+    "ImageError",
     "NamedInstance",
     "Pin",
     "Residual",
@@ -61,16 +67,15 @@ __all__ = [
     "least_squares",
     "load_font",
     "plot",
+    "rasterize",
     "solve",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """Load the widget, with Jupyter's parts, and the figures, with matplotlib, when asked for."""
+    """Load what needs Jupyter, matplotlib or torch when it is asked for."""
     if name == "plot":
         return importlib.import_module(".plot", __name__)
-    if name == "Editor":
-        from .widget import Editor
-
-        return Editor
+    if name in LAZY:
+        return getattr(importlib.import_module(LAZY[name], __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -30,6 +30,10 @@ class SolveError(VFWidgetError):
     """A solve that cannot start or go on: NaN, wrong shapes, a foreign handle, bad bounds."""
 
 
+class ImageError(VFWidgetError):
+    """An image that cannot be read or drawn: no pixels, too many, NaN, no ink."""
+
+
 class AxisWarning(UserWarning):
     """An axis value outside its range was clamped to it."""
 
@@ -38,6 +42,6 @@ def warn_clamped(message: str) -> None:
     """Issue an :class:`AxisWarning` at the line of code that called into this package."""
     package = __name__.partition(".")[0]
     frame, level = sys._getframe(1), 2
-    while frame.f_back and frame.f_globals["__name__"].partition(".")[0] == package:
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == package:
         frame, level = frame.f_back, level + 1
     warnings.warn(message, AxisWarning, stacklevel=level)

@@ -67,7 +67,8 @@ class Shaper:
         buffer = hb.Buffer()
         # A mark keeps its own cluster, so that a missing one is not taken for its base.
         buffer.cluster_level = hb.BufferClusterLevel.MONOTONE_CHARACTERS
-        buffer.add_str(string)
+        # uharfbuzz takes no subclass, such as numpy's strings.
+        buffer.add_str(str(string))
         # A joiner and its like say how to shape, and are then no letters.
         buffer.flags = hb.BufferFlags.REMOVE_DEFAULT_IGNORABLES
         buffer.guess_segment_properties()

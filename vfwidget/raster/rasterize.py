@@ -1,0 +1,237 @@
+"""The public calls: closed cubic contours, or a text, in; an image of its ink out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from ..arrays import ArrayLike, to_tensor
+from ..errors import ImageError
+from ..text import Text
+from .coverage import Boundary, fill
+
+BACKENDS = ("exact", "diffvg")
+MOST_PIXELS = 2**25
+"""Of one image: 5,800 pixels square."""
+CLOSED = 1e-3
+"""How far, in pixels, a contour's end may be from its beginning."""
+MARGIN = 0.08
+"""Share of the image that :func:`frame` leaves free at every side."""
+
+Contours = Sequence[ArrayLike]
+
+
+def rasterize(
+    text_or_segments: Text | Contours,
+    size: tuple[int, int],
+    transform: ArrayLike | None = None,
+    backend: str = "exact",
+) -> Tensor:
+    """Anti-aliased coverage of closed cubic contours, filled nonzero; autograd passes.
+
+    Parameters
+    ----------
+    text_or_segments : Text, or sequence of (..., s, 4, 2) tensors or arrays
+        Closed contours of s cubic segments each, in pixels, y down; the pixel of row 0 and
+        column 0 covers [0, 1]². Leading dimensions, the same for all contours, are a batch. A
+        Text is in font units, y up.
+    size : (H, W)
+    transform : (2, 3) array or tensor, optional
+        Affine placement: p ↦ A p + b, [A | b]. By default none for contours, and :func:`frame`
+        for a Text. It may have leading batch dimensions, and gradients.
+    backend : {"exact", "diffvg"}
+        Exact area, on the CPU or where the contours are; or diffvg's samples, where ``pydiffvg``
+        is installed.
+
+    Returns
+    -------
+    (..., H, W) tensor
+        Ink 1, paper 0, in the contours' floating-point type, or float64.
+
+    Raises
+    ------
+    ImageError
+        An image of no pixels or of too many, contours that are not closed or not finite, wrong
+        shapes, an unknown backend, or a diffvg that is not there.
+
+    Notes
+    -----
+    "exact": the fraction of each pixel's square that lies inside, to rounding; no flattening, no
+    samples. The gradient is the exact boundary integral, forwards (``torch.autograd.forward_ad``)
+    and backwards, once. See :mod:`vfwidget.raster.coverage`.
+
+    Examples
+    --------
+    >>> import vfwidget as vf
+    >>> image = vf.rasterize(vf.Text("recursive", "a"), size=(64, 64))
+    >>> tuple(image.shape)
+    (64, 64)
+    """
+    if backend not in BACKENDS:
+        raise ImageError(f"There is no backend {backend!r}: choose one of {', '.join(BACKENDS)}.")
+    height, width = _check_size(size)
+    points, sizes = _gather(text_or_segments)
+    if transform is None and isinstance(text_or_segments, Text):
+        transform = frame(text_or_segments, size)
+    if transform is not None:
+        points = _place(points, transform)
+    batch = points.shape[:-3]
+    points = points.reshape(-1, *points.shape[-3:])
+    if not sizes:
+        return points.new_zeros(*batch, height, width)
+    _check_contours(points.detach(), sizes)
+    if backend == "diffvg":
+        from .diffvg import render
+
+        image = render(points, sizes, height, width)
+    else:
+        image = Coverage.apply(points.double(), sizes, height, width).to(points.dtype)
+    return image.reshape(*batch, height, width)
+
+
+def image_and_jacobian(
+    segments: Contours, moves: Contours, size: tuple[int, int]
+) -> tuple[Tensor, Tensor]:
+    """Coverage, and its derivative along a few directions at once, such as a font's axes.
+
+    Parameters
+    ----------
+    segments : sequence of (s, 4, 2) tensors or arrays
+        As in :func:`rasterize`.
+    moves : sequence of (s, 4, 2, a) tensors or arrays
+        How the control points move in each of a directions.
+    size : (H, W)
+
+    Returns
+    -------
+    image : (H, W) tensor
+    jacobian : (H, W, a) tensor
+
+    Raises
+    ------
+    ImageError
+        As :func:`rasterize`, and moves that are not those of the segments.
+    """
+    height, width = _check_size(size)
+    points, sizes = _gather(segments)
+    tangents = [to_tensor(move) for move in moves]
+    if [tuple(m.shape[:-1]) for m in tangents] != [(s, 4, 2) for s in sizes] or points.ndim != 3:
+        raise ImageError("Each contour (s, 4, 2) needs its moves (s, 4, 2, a).")
+    _check_contours(points[None], sizes)
+    image, boundary = _fill(points[None].double(), sizes, height, width)
+    jacobian = boundary.derivative(_inner(torch.cat(tangents).double()))
+    return _outer(image)[0], _outer(jacobian)[0]
+
+
+def frame(text: Text, size: tuple[int, int]) -> Tensor:
+    """The placement (2, 3) that shows a whole line in an image: centred, y down, with a margin.
+
+    Parameters
+    ----------
+    text : Text
+        Its advance widths, and its font's ascender and descender, are fitted.
+    size : (H, W)
+    """
+    height, width = _check_size(size)
+    top, bottom, across = text.font.ascender, text.font.descender, text.advance()
+    room = 1 - 2 * MARGIN
+    scale = room * min(height / max(top - bottom, 1.0), width / max(across, 1.0))
+    x = (width - scale * across) / 2
+    y = (height + scale * (top + bottom)) / 2
+    return torch.tensor([[scale, 0.0, x], [0.0, -scale, y]], dtype=torch.float64)
+
+
+class Coverage(torch.autograd.Function):
+    """Points (B, S, 4, 2) to images (B, H, W), differentiable backwards and forwards."""
+
+    @staticmethod
+    def forward(ctx: Any, points: Tensor, sizes: Sequence[int], height: int, width: int) -> Tensor:
+        """The images."""
+        image, ctx.boundary = _fill(points.detach(), sizes, height, width)
+        ctx.shape = points.shape
+        return _outer(image)
+
+    @staticmethod
+    @torch.autograd.function.once_differentiable
+    def backward(ctx: Any, slope: Tensor) -> tuple[Tensor | None, ...]:
+        """The slope by the points."""
+        gradient = ctx.boundary.gradient(_inner(slope.contiguous()))
+        return _outer(gradient).reshape(ctx.shape), None, None, None
+
+    @staticmethod
+    def jvp(ctx: Any, tangent: Tensor, *_: None) -> Tensor:
+        """How the images change as the points move."""
+        moved = ctx.boundary.derivative(_inner(tangent.reshape(-1, 4, 2, 1)))
+        return _outer(moved)[..., 0]
+
+
+def _fill(points: Tensor, sizes: Sequence[int], height: int, width: int) -> tuple[Any, Boundary]:
+    return fill(_inner(points), sizes, height, width)
+
+
+def _inner(values: Tensor) -> Any:
+    """On the CPU numpy's small operations cost a third of torch's."""
+    return values.detach().numpy() if values.device.type == "cpu" else values
+
+
+def _outer(values: Any) -> Tensor:
+    return torch.from_numpy(values) if isinstance(values, np.ndarray) else values
+
+
+def _check_size(size: tuple[int, int]) -> tuple[int, int]:
+    try:
+        height, width = (int(side) for side in size)
+        whole = (height, width) == tuple(size)
+    except (TypeError, ValueError, OverflowError):
+        whole = False
+    if not whole:
+        raise ImageError(f"A size is (height, width) in whole pixels, not {size!r}.")
+    if height < 1 or width < 1:
+        raise ImageError(f"An image of {height} × {width} has no pixels.")
+    if height * width > MOST_PIXELS:
+        raise ImageError(f"An image of {height} × {width} has more than {MOST_PIXELS:,} pixels.")
+    return height, width
+
+
+def _gather(text_or_segments: Text | Contours) -> tuple[Tensor, list[int]]:
+    """All control points (..., S, 4, 2), contour after contour, and their segments' numbers."""
+    if isinstance(text_or_segments, Text):
+        text_or_segments = text_or_segments.segments()
+    elif isinstance(text_or_segments, Tensor | np.ndarray):
+        raise ImageError("Contours come as a list of (s, 4, 2) arrays, one for each.")
+    contours = [to_tensor(contour) for contour in text_or_segments]
+    contours = [contour for contour in contours if contour.numel()]
+    for contour in contours:
+        if contour.ndim < 3 or contour.shape[-2:] != (4, 2):
+            raise ImageError(f"A contour is (s, 4, 2), not {tuple(contour.shape)}.")
+        if contour.shape[:-3] != contours[0].shape[:-3]:
+            raise ImageError("The contours' batch dimensions differ.")
+    if not contours:
+        return torch.zeros(0, 4, 2, dtype=torch.float64), []
+    return torch.cat(contours, -3), [contour.shape[-3] for contour in contours]
+
+
+def _place(points: Tensor, transform: ArrayLike) -> Tensor:
+    placed = to_tensor(transform).to(points)
+    if placed.shape[-2:] != (2, 3):
+        raise ImageError(f"A transform is (2, 3), not {tuple(placed.shape)}.")
+    linear, shift = placed[..., :2], placed[..., 2]
+    return points @ linear.mT[..., None, :, :] + shift[..., None, None, :]
+
+
+def _check_contours(points: Tensor, sizes: Sequence[int]) -> None:
+    if not bool(torch.isfinite(points).all()):
+        raise ImageError("The contours hold NaN or infinity.")
+    first = torch.tensor([sum(sizes[:i]) for i in range(len(sizes))], device=points.device)
+    last = first + torch.tensor(sizes, device=points.device) - 1
+    begins = points[:, :, 0].clone()
+    follower = torch.arange(1, points.shape[1] + 1, device=points.device)
+    follower[last] = first
+    gap = (points[:, :, 3] - begins[:, follower]).abs().max()
+    reach = 1 + points.abs().max()
+    if gap > CLOSED * max(1.0, float(reach) * 1e-3):
+        raise ImageError(f"Each segment begins where the one before it ends; one is {gap:.3g} off.")
