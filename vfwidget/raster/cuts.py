@@ -167,7 +167,7 @@ def _border_crossings(curves: Any, turns: Any, height: int, width: int) -> tuple
 
 
 def _root(polynomials: Any, low: Any, high: Any, t: Any) -> Any:
-    """The root (N,) of each cubic polynomial (N, 4) on a stretch on which it is monotone, near t."""
+    """The root (N,), near t, of each cubic polynomial (N, 4) on a stretch where it is monotone."""
     xp = namespace(polynomials)
     slopes = polynomials[:, 1:] * like(SLOPE[:, 0], polynomials)
     t = xp.clip(t, low, high)

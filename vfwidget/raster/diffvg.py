@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from types import ModuleType
 
 import torch
@@ -30,13 +31,12 @@ def render(points: Tensor, sizes: Sequence[int], height: int, width: int) -> Ten
 
 def _import() -> ModuleType:
     try:
-        import pydiffvg
+        return import_module("pydiffvg")
     except ImportError as error:
         raise ImageError(
             'backend="diffvg" needs pydiffvg, which no package index offers: build it from '
             'github.com/BachiLi/diffvg. backend="exact" needs nothing and is faster.'
         ) from error
-    return pydiffvg
 
 
 def _render(
