@@ -26,12 +26,18 @@ from .word_terms import Area, AxisTarget, Residual, StayClose, Width
 
 if TYPE_CHECKING:
     from . import plot
+    from .matching import Match, match
     from .raster import rasterize
     from .widget import Editor
 
 __version__ = "0.1.0"
 
-LAZY = {"Editor": ".widget", "rasterize": ".raster"}
+LAZY = {
+    "Editor": ".widget",
+    "Match": ".matching",
+    "match": ".matching",
+    "rasterize": ".raster",
+}
 """Where to find what is loaded only when it is asked for."""
 
 __all__ = [
@@ -49,6 +55,7 @@ __all__ = [
     "GlyphError",
     "Handle",
     "ImageError",
+    "Match",
     "NamedInstance",
     "Pin",
     "Residual",
@@ -66,6 +73,7 @@ __all__ = [
     "bundled_fonts",
     "least_squares",
     "load_font",
+    "match",
     "plot",
     "rasterize",
     "solve",

@@ -112,7 +112,11 @@ def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[A
     origin, x = curves[:, 0, 0], curves[:, :, 0] * like(np.array([0.0, 1, 1, 1]), curves)
     area = _product(x, curves[:, 1:, 1] * like(SLOPE[:, 0], curves)) / like(ORDERS, curves)
     column = cell % (width + 2) - 1
-    missed = (powers * take(area, cubic)).sum(1) + cover * (take(origin, cubic) - column)
+    climb = (powers[:, :3] * take(curves[:, 1:, 1], cubic)).sum(1)
+    missed = (powers * take(area, cubic)).sum(1) + climb * (take(origin, cubic) - column)
+    # An arc climbs less or more than its piece only where a chord stands in for it.
+    middle = (pieces.first[:, 0] + pieces.last[:, 0]) / 2
+    missed = missed + (cover - climb) * (middle - column)
     inside = (column >= 0) & (column < width)
     missed = xp.where(inside, missed, 0.0)
     length = images * height * (width + 2)

@@ -19,8 +19,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ..arrays import count_up, integers, like, namespace, repeat, sorting, sum_at, take, where_true
 from .cuts import SLOPE, Pieces, evaluate, evaluate_slope
 
@@ -32,26 +30,10 @@ ROUNDS = 6
 """Of Newton's method, from where chords cross to where arcs do."""
 CROSSED = 1e-10
 """In pixels, how near to each other arcs that cross have come then."""
+TRIES = 4
+"""How often crossings that come in a wrong order are taken back."""
 OPEN = 1e-7
 """In pixels, how far from closed the boundary may be along a row."""
-
-
-class Meetings(NamedTuple):
-    """Where chords meet that do not follow one another: M pairs of pieces.
-
-    Attributes
-    ----------
-    pair : (2, M) int array
-    where : (2, M) array
-        How far along each chord, 0 … 1.
-    at_first, at_last : (2, M) bool arrays
-        Whether that is at an end of it; parallel pieces that coincide may part at either.
-    """
-
-    pair: Any
-    where: Any
-    at_first: Any
-    at_last: Any
 
 
 class Split(NamedTuple):
@@ -89,7 +71,7 @@ def resolve(curves: Any, pieces: Pieces, rows: int, width: int) -> tuple[Pieces,
     order = sorting(pieces.cell)
     cell = take(pieces.cell, order)
     rays = _Rays(pieces, order, cell // (width + 2), width + 2)
-    split = _split(curves, pieces, _meetings(pieces, *_neighbours(pieces, cell, order)))
+    split = _split(curves, pieces, _meetings(pieces, *_pairs(pieces, width)))
     weight = rays.weights(split, split.breaks.cumsum(0) - 1)
     height = (split.pieces.last - split.pieces.first)[:, 1] * weight
     if (abs(sum_at(split.pieces.cell // (width + 2), height, rows)) > OPEN).any():
@@ -155,43 +137,107 @@ def _expand(begin: Any, end: Any) -> tuple[Any, Any]:
     return i, count_up(len(i), count) - take(count.cumsum(0) - count - begin, i)
 
 
-def _neighbours(pieces: Pieces, cell: Any, order: Any) -> tuple[Any, Any]:
-    """Pairs of pieces that share a cell, but not the same passage through it."""
-    xp = namespace(cell)
-    enters = pieces.fresh.copy() if xp is np else pieces.fresh.clone()
-    enters[1:] |= pieces.cell[1:] != pieces.cell[:-1]
-    passage = take(enters.cumsum(0), order)
+def _pairs(pieces: Pieces, width: int) -> tuple[Any, Any]:
+    """Pairs of pieces that share a cell; one that lies on a border belongs to both its sides."""
+    xp = namespace(pieces.cell)
+    piece, cell = count_up(len(pieces.cell), pieces.cell), pieces.cell
+    middle = (pieces.first + pieces.last) / 2
+    border = xp.round(middle)
+    reach = xp.maximum(abs(pieces.first - border), abs(pieces.last - border))
+    for axis, step in enumerate((1, width + 2)):
+        on = where_true(reach[:, axis] < TOUCH)
+        if len(on):
+            side = take(middle[:, axis] >= border[:, axis], on)
+            piece = xp.concatenate([piece, on])
+            cell = xp.concatenate([cell, take(pieces.cell, on) + xp.where(side, -step, step)])
+    order = sorting(cell)
+    piece, cell = take(piece, order), take(cell, order)
     new = xp.ones_like(cell, dtype=xp.bool)
     new[1:] = cell[1:] != cell[:-1]
     begin = where_true(new)
     end = xp.roll(begin, -1)
     end[-1] = len(cell)
-    # A cell's first and last passage differ if there are several.
-    busy = where_true(take(passage, begin) != take(passage, end - 1))
-    end = take(end, busy)
-    group, here = _expand(take(begin, busy), end)
+    shared = where_true(end - begin > 1)
+    end = take(end, shared)
+    group, here = _expand(take(begin, shared), end)
     first, second = _expand(here + 1, take(end, group))
-    first = take(here, first)
-    other = where_true(take(passage, first) != take(passage, second))
-    return take(order, take(first, other)), take(order, take(second, other))
+    first, second = take(piece, take(here, first)), take(piece, second)
+    return xp.minimum(first, second), xp.maximum(first, second)
+
+
+class Meetings(NamedTuple):
+    """Where chords meet, as seen from each.
+
+    Attributes
+    ----------
+    breaks : (N + 1,) bool array
+        Before which pieces runs have to begin, for they meet others there.
+    cut : (M,) int array
+        A piece to be cut.
+    where : (M,) array
+        How far along its chord, 0 … 1.
+    place : (M, 2) array
+    other : (M,) int array
+        Which other entry is of the same crossing, or the entry's own number.
+    """
+
+    breaks: Any
+    cut: Any
+    where: Any
+    place: Any
+    other: Any
 
 
 def _meetings(pieces: Pieces, a: Any, b: Any) -> Meetings:
-    """Which of these pairs meet."""
+    """Where these pairs meet, but not where one goes on from the other."""
     xp = namespace(pieces.first)
     p, q = take(pieces.first, a), take(pieces.first, b)
     r, s = take(pieces.last, a) - p, take(pieces.last, b) - q
-    length, other = xp.hypot(r[:, 0], r[:, 1]), xp.hypot(s[:, 0], s[:, 1])
+    lengths = xp.stack([xp.hypot(r[:, 0], r[:, 1]), xp.hypot(s[:, 0], s[:, 1])])
     across, beside = _cross(r, s), _cross(q - p, r)
-    parallel = abs(across) <= TOUCH * length * other
+    parallel = abs(across) <= TOUCH * lengths[0] * lengths[1]
     where = xp.stack([_cross(q - p, s), beside]) / xp.where(parallel, 1.0, across)
-    slack = TOUCH / xp.clip(xp.stack([length, other]), TOUCH, None)
-    meet = ((where >= -slack) & (where <= 1 + slack)).all(0) & ~parallel
-    meet = meet | (parallel & (abs(beside) <= TOUCH * xp.clip(length, TOUCH, None)))
-    meet = where_true(meet)
-    where, slack, parallel = where[:, meet], slack[:, meet], parallel[meet]
-    pair = xp.stack([a[meet], b[meet]])
-    return Meetings(pair, where, (where <= slack) | parallel, (where >= 1 - slack) | parallel)
+    slack = TOUCH / xp.clip(lengths, TOUCH, None)
+    follows = (b == a + 1) & ~take(pieces.fresh, b)
+    crosses = ((where >= -slack) & (where <= 1 + slack)).all(0) & ~parallel & ~follows
+    crosses = where_true(crosses)
+    pair = xp.stack([take(a, crosses), take(b, crosses)])
+    where, near = where[:, crosses], slack[:, crosses]
+    place = take(p, crosses) + where[0][:, None] * take(r, crosses)
+    at_first, at_last = where <= near, where >= 1 - near
+
+    # One more than there are pieces, for what ends with the last.
+    breaks = xp.concatenate([pieces.fresh, pieces.fresh[:1]])
+    # At a pixel's corner pieces may cross that share no cell.
+    corner = (abs(pieces.first - xp.round(pieces.first)) < TOUCH).all(1)
+    breaks[:-1] |= corner
+    breaks[pair[at_first]] = True
+    breaks[pair[at_last] + 1] = True
+    through = ~(at_first | at_last)
+    number = xp.where(through, through.reshape(-1).cumsum(0).reshape(through.shape) - 1, -1)
+    partner = xp.stack([number[1], number[0]])
+    partner = xp.where(partner < 0, number, partner)
+    cuts = [(pair[through], where[through], xp.stack([place, place])[through], partner[through])]
+
+    # Pieces that coincide are cut at each other's ends.
+    along = parallel & (abs(beside) <= TOUCH * xp.clip(lengths[0], TOUCH, None))
+    along = where_true(along & (lengths > TOUCH).all(0))
+    count = len(cuts[0][0])
+    if len(along):
+        ends = [take(v, along) for v in (p, p + r, q, q + s)]
+        for own, base, chord, points in ((a, p, r, ends[2:]), (b, q, s, ends[:2])):
+            own, base, chord = take(own, along), take(base, along), take(chord, along)
+            breaks[own], breaks[own + 1] = True, True
+            square = (chord * chord).sum(1)
+            edge = TOUCH / xp.sqrt(square)
+            for point in points:
+                part = ((point - base) * chord).sum(1) / square
+                inner = where_true((part > edge) & (part < 1 - edge))
+                numbers = count_up(len(inner), inner) + count
+                count += len(inner)
+                cuts.append((take(own, inner), take(part, inner), take(point, inner), numbers))
+    cut, where, place, other = (xp.concatenate(parts) for parts in zip(*cuts, strict=True))
+    return Meetings(breaks, cut, where, place, other)
 
 
 def _cross(a: Any, b: Any) -> Any:
@@ -200,21 +246,14 @@ def _cross(a: Any, b: Any) -> Any:
 
 def _split(curves: Any, pieces: Pieces, meetings: Meetings) -> Split:
     xp = namespace(curves)
-    count = len(pieces.cell)
+    count, breaks = len(pieces.cell), meetings.breaks[:-1]
     whole = count_up(count, pieces.cell)
-    # One more than there are pieces, for what ends with the last.
-    breaks = xp.concatenate([pieces.fresh, pieces.fresh[:1]])
-    breaks[meetings.pair[meetings.at_first]] = True
-    breaks[meetings.pair[meetings.at_last] + 1] = True
-    breaks = breaks[:-1]
-    through = ~(meetings.at_first | meetings.at_last)
-    cut, where = meetings.pair[through], meetings.where[through]
+    cut, where = meetings.cut, meetings.where
     if not len(cut):
         return Split(pieces, whole, xp.zeros_like(pieces.start) + 0.5, breaks)
-    t = _refine(curves, pieces, meetings)[through]
-    order = sorting(cut + where)
-    cut, where, t = take(cut, order), take(where, order), take(t, order)
-    place = evaluate(take(curves, take(pieces.cubic, cut)), t[:, None])
+    t, place = _refine(curves, pieces, meetings)
+    order = sorting(cut + 0.999999 * where)
+    cut, where, t, place = (take(values, order) for values in (cut, where, t, place))
     whole = repeat(integers(1 + sum_at(cut, xp.ones_like(where), count)))
     here = cut + count_up(len(cut), cut) + 1
 
@@ -233,18 +272,67 @@ def _split(curves: Any, pieces: Pieces, meetings: Meetings) -> Split:
     return Split(parts, whole, (begin + finish) / 2, breaks)
 
 
-def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> Any:
-    """Parameters (2, M) at which arcs meet, from where their chords do."""
+def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any]:
+    """Parameters (M,) and places (M, 2) at which arcs meet, from where their chords do.
+
+    Where arcs do not meet in these very pieces, or in another order, the chords' places stay.
+    """
     xp = namespace(curves)
-    low, high = pieces.start[meetings.pair], pieces.end[meetings.pair]
-    one, other = (take(curves, take(pieces.cubic, piece)) for piece in meetings.pair)
-    slopes = [own[:, 1:] * like(SLOPE, curves) for own in (one, other)]
+    cut, other = meetings.cut, meetings.other
+    own = take(curves, take(pieces.cubic, cut))
+    low, high = take(pieces.start, cut), take(pieces.end, cut)
+    t, place, met = _arcs_cross(own, low, high, meetings)
+    if met.all():
+        beside = t
+    else:
+        beside = _beside(own, low, high, pieces, meetings)
+    order = sorting(cut + 0.999999 * meetings.where)
+    for _ in range(TRIES):
+        settled = xp.where(met, t, beside)
+        in_turn, piece = take(settled, order), take(cut, order)
+        wrong = where_true((piece[1:] == piece[:-1]) & (in_turn[1:] < in_turn[:-1] - TOUCH))
+        if not len(wrong):
+            break
+        spoiled = xp.zeros_like(pieces.fresh)
+        spoiled[take(piece, wrong)] = True
+        met = met & ~take(spoiled, cut)
+        met = met & take(met, other)
+        beside = _beside(own, low, high, pieces, meetings)
+    return settled, xp.where(met[:, None], place, meetings.place)
+
+
+def _arcs_cross(own: Any, low: Any, high: Any, meetings: Meetings) -> tuple[Any, Any, Any]:
+    """Where arcs cross, by Newton's method: t (M,), the place (M, 2), and whether they do."""
+    xp = namespace(own)
+    other, self = meetings.other, count_up(len(low), meetings.other)
+    slopes = own[:, 1:] * like(SLOPE, own)
     t = low + meetings.where * (high - low)
     for _ in range(ROUNDS):
-        gap = evaluate(other, t[1, :, None]) - evaluate(one, t[0, :, None])
+        place = evaluate(own, t[:, None])
+        gap = take(place, other) - place
         if (abs(gap) < CROSSED).all():
             break
-        along, across = (evaluate_slope(s, u[:, None]) for s, u in zip(slopes, t, strict=True))
-        step = xp.stack([_cross(gap, across), _cross(gap, along)]) / _cross(along, across)
+        along = evaluate_slope(slopes, t[:, None])
+        across = take(along, other)
+        step = _cross(gap, across) / _cross(along, across)
+        t = xp.clip(t + xp.nan_to_num(step, posinf=0.0, neginf=0.0), low, high)
+    place = evaluate(own, t[:, None])
+    # An entry that has no partner is the end of another piece, and its place is known.
+    met = (abs(take(place, other) - place) < 2 * CROSSED).all(1) & (other != self)
+    # Both of a crossing have one place, so that what is enclosed stays closed.
+    return t, take(place, xp.minimum(other, self)), met
+
+
+def _beside(own: Any, low: Any, high: Any, pieces: Pieces, meetings: Meetings) -> Any:
+    """The t (M,) at which an arc comes as far as its chord does, in the direction it goes most."""
+    xp = namespace(own)
+    chord = take(pieces.last - pieces.first, meetings.cut)
+    wide = (abs(chord[:, 0]) > abs(chord[:, 1]))[:, None]
+    polynomials = xp.where(wide, own[:, :, 0], own[:, :, 1])
+    goal = xp.where(wide[:, 0], meetings.place[:, 0], meetings.place[:, 1])
+    slopes = polynomials[:, 1:] * like(SLOPE[:, 0], own)
+    t = low + meetings.where * (high - low)
+    for _ in range(ROUNDS):
+        step = (goal - evaluate(polynomials, t)) / evaluate_slope(slopes, t)
         t = xp.clip(t + xp.nan_to_num(step, posinf=0.0, neginf=0.0), low, high)
     return t

@@ -1,0 +1,189 @@
+"""One picture and many fonts: a cheap sweep of all prunes, the fit of the best refines."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from fontTools.ttLib import TTFont
+from tqdm.auto import tqdm
+
+from ..arrays import Array
+from ..errors import ImageError, VFWidgetError
+from ..font import Font, load_font
+from ..font.source import FontSource
+from .match import Outcome, Request, match_text, sweep
+from .result import Match
+
+KEPT = 12
+"""How many fonts, the best of the sweep, are fitted."""
+CHUNK = 4
+"""Fonts a worker is given at a time."""
+TRIES = 3
+"""How often a chunk is given out before it is worked on here."""
+
+Answer = tuple[float | Outcome | None, str]
+"""A result, or None and why there is none."""
+
+
+def match_fonts(
+    image: Array,
+    fonts: Sequence[Font | FontSource],
+    request: Request,
+    executor: Executor | None,
+    progress: bool,
+) -> Match:
+    """The best of several fonts, with the others ranked.
+
+    Raises
+    ------
+    ImageError
+        There are no fonts, or none could be fitted.
+    """
+    sources = [_portable(font) for font in fonts]
+    names = [_name(font, i) for i, font in enumerate(fonts)]
+    if not sources:
+        raise ImageError("There are no fonts to match.")
+    with tqdm(total=len(sources), desc="match", leave=False, disable=not progress) as bar:
+        order = range(len(sources))
+        left_out: dict[str, str] = {}
+        if len(sources) > KEPT:
+            swept: dict[int, Any] = _run(_sweep_chunk, image, sources, order, request, executor, lambda: None)
+            for i in [i for i in order if swept[i][0] is None]:
+                left_out[names[i]] = swept[i][1]
+            good = sorted((i for i in order if swept[i][0] is not None), key=lambda i: swept[i][0])
+            for i in good[KEPT:]:
+                share = 100 * (1 - float(swept[i][0]))
+                left_out[names[i]] = f"the sweep explains {share:.0f} % of the ink"
+            order = good[:KEPT]  # type: ignore[assignment]
+            bar.total = len(order)
+        fitted = _run(_fit_chunk, image, sources, order, request, executor, bar.update)
+    matches = []
+    for i in order:
+        outcome, why = fitted[i]
+        if isinstance(outcome, Outcome):
+            text = request.text(load_font(sources[i])).moved(outcome.state.theta)
+            matches.append(Match(text, image, outcome))
+        else:
+            left_out[names[i]] = why
+    if not matches:
+        raise ImageError(f"No font could be fitted: {next(iter(left_out.values()))}")
+    # Sorting keeps the order of fonts that match alike, whoever fitted them.
+    matches.sort(key=lambda one: -one.score)
+    return replace(matches[0], ranking=tuple(matches), left_out=left_out)
+
+
+def _name(font: Font | FontSource, index: int) -> str:
+    if isinstance(font, Font):
+        return font.family_name
+    return (
+        font
+        if isinstance(font, str)
+        else str(font)
+        if isinstance(font, Path)
+        else f"fonts[{index}]"
+    )
+
+
+def _portable(font: Font | FontSource) -> Any:
+    """A font as something that travels between processes."""
+    ttfont = font._ttfont if isinstance(font, Font) else font
+    if not isinstance(ttfont, TTFont):
+        return ttfont
+    file = io.BytesIO()
+    ttfont.save(file)
+    return file.getvalue()
+
+
+def _sweep_chunk(request: Request, image: Array, sources: Sequence[Any]) -> list[Answer]:
+    return [_try(_sweep_one, request, image, source) for source in sources]
+
+
+def _fit_chunk(request: Request, image: Array, sources: Sequence[Any]) -> list[Answer]:
+    return [_try(_fit_one, request, image, source) for source in sources]
+
+
+def _sweep_one(request: Request, image: Array, source: Any) -> float:
+    text = request.text(load_font(source))
+    return sweep(text, image, request.settings_for(text))
+
+
+def _fit_one(request: Request, image: Array, source: Any) -> Outcome:
+    text = request.text(load_font(source))
+    return match_text(text, image, request.settings_for(text), lambda _: None, lambda *_: None)
+
+
+def _try(job: Callable[..., Any], request: Request, image: Array, source: Any) -> Answer:
+    """A font that lacks a letter, or is none, does not stop the others."""
+    try:
+        return job(request, image, source), ""
+    except VFWidgetError as error:
+        return None, str(error)
+
+
+Work = Callable[[Request, Array, Sequence[Any]], list[Answer]]
+
+
+def _run(
+    work: Work,
+    image: Array,
+    sources: Sequence[Any],
+    order: Sequence[int],
+    request: Request,
+    executor: Executor | None,
+    done: Callable[[], Any],
+) -> dict[int, Answer]:
+    """Each font's answer by its number, whoever works on it."""
+    chunks = [order[i : i + CHUNK] for i in range(0, len(order), CHUNK)]
+    answers: dict[int, Answer] = {}
+
+    def collect(chunk: Sequence[int], found: list[Answer]) -> None:
+        answers.update(zip(chunk, found, strict=True))
+        for _ in chunk:
+            done()
+
+    waiting = list(chunks)
+    for _ in range(TRIES if executor is not None else 0):
+        lost = []
+        for chunk, future in _submit(executor, work, image, sources, request, waiting):
+            try:
+                collect(chunk, future.result())
+            except VFWidgetError:
+                raise
+            except Exception as error:
+                # A worker is gone, and takes no more than its own chunk with it.
+                lost.append(chunk)
+                warnings.warn(f"A worker was lost ({error!r}); trying again.", stacklevel=4)
+        waiting = lost
+        if not waiting:
+            break
+    for chunk in waiting:
+        collect(chunk, work(request, image, [sources[i] for i in chunk]))
+    return answers
+
+
+def _submit(
+    executor: Executor | None,
+    work: Work,
+    image: Array,
+    sources: Sequence[Any],
+    request: Request,
+    chunks: Sequence[Sequence[int]],
+) -> Iterator[tuple[Sequence[int], Future[list[Answer]]]]:
+    assert executor is not None
+    futures = {}
+    for chunk in chunks:
+        try:
+            future = executor.submit(work, request, image, [sources[i] for i in chunk])
+        except Exception as error:
+            # A pool that is broken takes nothing more.
+            future = Future()
+            future.set_exception(error)
+        futures[future] = chunk
+    for future in as_completed(futures):
+        yield futures[future], future

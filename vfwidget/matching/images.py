@@ -1,0 +1,201 @@
+"""Pictures of letters as arrays: read, made smaller, and parted into paper and ink."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from PIL import Image, ImageOps
+
+from ..arrays import Array, is_tensor
+from ..errors import ImageError
+
+if TYPE_CHECKING:
+    import torch
+
+ImageSource: TypeAlias = "Array | torch.Tensor | Image.Image | str | os.PathLike[str]"
+
+MOST_PIXELS = 2**26
+"""Of an image that is read: 8,192 pixels square."""
+LEAST_CONTRAST = 0.02
+"""Of full range; less is no picture of letters."""
+LUMA = np.array([0.2126, 0.7152, 0.0722])
+"""Of red, green and blue (ITU-R BT.709)."""
+ROUNDS = 12
+
+
+def read_image(image: ImageSource) -> Array:
+    """An image as grey levels (H, W) in 0 … 1, 1 white.
+
+    Parameters
+    ----------
+    image : (H, W), (H, W, 3) or (H, W, 4) array or tensor, PIL image, or path
+        Floats are in 0 … 1; whole numbers fill their type's range. Colour becomes luminance, and
+        what is transparent becomes white.
+
+    Raises
+    ------
+    ImageError
+        A file that is no image, no pixels or too many, NaN, values out of range, a wrong shape.
+    """
+    if isinstance(image, str | os.PathLike):
+        image = _open(Path(image))
+    if isinstance(image, Image.Image):
+        _check_size(image.height, image.width)
+        values = _of_pil(image)
+    else:
+        if is_tensor(image):
+            image = image.detach().cpu().numpy()  # type: ignore[union-attr]
+        values = _to_unit(image)
+    if values.ndim == 3 and values.shape[-1] in (2, 4):
+        values = values[..., :-1] * values[..., -1:] + 1 - values[..., -1:]
+    if values.ndim == 3 and values.shape[-1] in (1, 3):
+        values = values @ LUMA if values.shape[-1] == 3 else values[..., 0]
+    if values.ndim != 2:
+        raise ImageError(f"An image is (H, W) or (H, W, 3 or 4), not {values.shape}.")
+    return values
+
+
+def _open(path: Path) -> Image.Image:
+    try:
+        with warnings.catch_warnings():
+            # The size is checked here, against our own limit.
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            return ImageOps.exif_transpose(Image.open(path))
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise ImageError(f"{path} cannot be read as an image ({error}).") from error
+
+
+def _of_pil(image: Image.Image) -> Array:
+    if image.mode.startswith(("I;16", "I", "F")):
+        return _to_unit(np.asarray(image, dtype=np.uint16 if image.mode != "F" else float))
+    try:
+        return _to_unit(np.asarray(image.convert("RGBA")))
+    except (OSError, ValueError) as error:
+        raise ImageError(f"The image is damaged or truncated ({error}).") from error
+
+
+def _to_unit(image: Any) -> Array:
+    values = np.asarray(image)
+    if values.ndim not in (2, 3):
+        raise ImageError(f"An image is (H, W) or (H, W, 3 or 4), not {values.shape}.")
+    _check_size(*values.shape[:2])
+    if values.dtype == bool:
+        return values.astype(np.float64)
+    if np.issubdtype(values.dtype, np.unsignedinteger):
+        return values / float(np.iinfo(values.dtype).max)
+    try:
+        values = values.astype(np.float64)
+    except (TypeError, ValueError):
+        raise ImageError(f"An image holds numbers, not {values.dtype}.") from None
+    if not np.isfinite(values).all():
+        raise ImageError("The image holds NaN or infinity.")
+    if values.min() < -0.5 or values.max() > 1.5:
+        raise ImageError(
+            f"Grey levels are floats in 0 … 1, or whole numbers of an unsigned type such as "
+            f"uint8; these run from {values.min():.4g} to {values.max():.4g}."
+        )
+    return values
+
+
+def _check_size(height: int, width: int) -> None:
+    if height < 1 or width < 1:
+        raise ImageError(f"An image of {height} × {width} has no pixels.")
+    if height * width > MOST_PIXELS:
+        raise ImageError(
+            f"An image of {height} × {width} is larger than the limit of {MOST_PIXELS:,} pixels: "
+            "make it smaller first."
+        )
+
+
+def shrink(image: Array, factor: int) -> Array:
+    """The mean of every ``factor`` × ``factor`` pixels; the last are repeated to fill up."""
+    if factor == 1:
+        return image
+    height, width = image.shape
+    padded = np.pad(image, ((0, -height % factor), (0, -width % factor)), mode="edge")
+    rows, columns = (side // factor for side in padded.shape)
+    return padded.reshape(rows, factor, columns, factor).mean((1, 3))
+
+
+def basis(height: int, width: int, terms: int) -> Array:
+    """The first of 1, u, v, u v, u², v² over the image, (H, W, terms), u and v in -1 … 1."""
+    v, u = np.meshgrid(_centred(height), _centred(width), indexing="ij")
+    return np.stack([np.ones_like(u), u, v, u * v, u * u, v * v][:terms], -1)
+
+
+def _centred(count: int) -> Array:
+    return (2 * np.arange(count) + 1) / count - 1
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Paper and ink of an image.
+
+    Attributes
+    ----------
+    light : (terms,) array
+        Of the paper's brightness, in :func:`basis`.
+    ink : float
+    """
+
+    light: Array
+    ink: float
+
+    def paper(self, height: int, width: int) -> Array:
+        """The paper's brightness, (H, W)."""
+        return basis(height, width, len(self.light)) @ self.light
+
+
+def part(image: Array, terms: int, dark: bool | None) -> tuple[Levels, Array]:
+    """Paper and ink of an image, and how much ink is in each pixel, (H, W) in 0 … 1, roughly.
+
+    Parameters
+    ----------
+    image : (H, W) array
+        Small, so that noise is averaged out.
+    terms : int
+        Of the paper's brightness: 1 for even light, 3 or 6 for uneven.
+    dark : bool, optional
+        Whether ink is darker than paper; by default what the image's border is not.
+
+    Raises
+    ------
+    ImageError
+        The image is uniform.
+    """
+    height, width = image.shape
+    over = basis(height, width, terms)
+    border = np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])
+    low, high = np.quantile(image, [0.01, 0.99])
+    if high - low < LEAST_CONTRAST:
+        raise ImageError("The image is uniform: there is no ink in it to match.")
+    if dark is None:
+        dark = bool(np.median(border) > (low + high) / 2)
+    sign = -1.0 if dark else 1.0
+    # Paper is what is left when what stands out towards the ink is put aside, again and again.
+    aside = (sign * (image - np.median(border)) > (high - low) / 4).ravel()
+    flat, values = over.reshape(-1, terms), image.ravel()
+    for _ in range(ROUNDS):
+        if aside.mean() > 0.9:
+            break
+        light = np.linalg.lstsq(flat[~aside], values[~aside], rcond=None)[0]
+        out = sign * (values - flat @ light)
+        spread = np.median(abs(out[~aside])) * 1.5
+        aside = out > max(4 * spread, (high - low) / 8)
+    else:
+        aside = out > max(4 * spread, (high - low) / 4)
+    if aside.mean() > 0.9 or not aside.any():
+        light = np.zeros(terms)
+        light[0] = np.median(border)
+        out = sign * (values - light[0])
+    strength = float(np.quantile(out, 1 - min(0.3 * max(aside.mean(), 1e-3), 0.5)))
+    if strength < LEAST_CONTRAST / 2:
+        raise ImageError("The image is uniform: there is no ink in it to match.")
+    ink = float(np.median(flat @ light) + sign * strength)
+    amount = np.clip(out / strength, 0, 1).reshape(image.shape)
+    return Levels(light, ink), np.where(amount > 0.25, amount, 0.0)

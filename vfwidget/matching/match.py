@@ -1,0 +1,224 @@
+"""A fit of one text to one picture, from the sweep to the last iteration."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ImageError
+from ..font import Font
+from ..text import Text
+from .fit import Fit, Options, Problem, deviations, fit
+from .images import part, shrink
+from .scene import Scene, State, middle
+from .start import best_starts, candidates, placements, rank
+
+STAGES = ((48, 6), (96, 3), (192, 1))
+"""Pixels of the longer side, and how many starts are fitted at them, before the last stage."""
+COARSE_ITERATIONS = 12
+LEAST_NOISE = 0.5 / 255
+"""A pixel's standard deviation: levels are written in steps of 1 / 255."""
+
+NOT_SIMILAR = 1e-6
+
+Progress = Callable[[str], None]
+Watch = Callable[[Array, float], None]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What :func:`vfwidget.match` was asked for.
+
+    Attributes
+    ----------
+    options : Options
+    theta : (parameters, n) array, optional
+        Where to start; without it a sweep finds out.
+    placement : (4,) array, optional
+        As in :class:`~.scene.State`, where it is known.
+    terms : int
+        Of the paper's brightness.
+    dark : bool, optional
+        Whether ink is darker than paper.
+    resolution : int
+        Pixels of the longer side at the last stage, at most.
+    max_iterations : int
+        Of the last stage.
+    """
+
+    options: Options
+    theta: Array | None
+    placement: Array | None
+    terms: int
+    dark: bool | None
+    resolution: int
+    max_iterations: int
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a fit came to; it holds arrays only, and so travels between processes.
+
+    Attributes
+    ----------
+    state : State
+    loss : float
+        Mean cost of a pixel at the last stage.
+    score : float
+        Share of the ink, seen from afar, that the fitted picture explains: 1 is all.
+    deviation : (parameters, n) array
+        Standard deviation of Θ; infinite where the picture does not show an axis.
+    history : list of (Θ, loss)
+    iterations : int
+        Of the last stage.
+    converged : bool
+    """
+
+    state: State
+    loss: float
+    score: float
+    deviation: Array
+    history: list[tuple[Array, float]]
+    iterations: int
+    converged: bool
+
+
+def sweep(text: Text, image: Array, settings: Settings) -> float:
+    """What share of the ink's squares the best candidate of the sweep leaves unexplained."""
+    return _sweep(text, image, _factor(image.shape, STAGES[0][0]), settings)[0]
+
+
+def match_text(
+    text: Text, image: Array, settings: Settings, progress: Progress, watch: Watch
+) -> Outcome:
+    """Fit a text to a picture (H, W)."""
+    size = image.shape
+    coarse = _factor(size, STAGES[0][0])
+    progress("sweep")
+    _, starts = _sweep(text, image, coarse, settings)
+    history: list[tuple[Array, float]] = []
+
+    def record(state: State, loss: float) -> None:
+        history.append((state.theta, loss))
+        watch(state.theta, loss)
+
+    last = _factor(size, settings.resolution)
+    if settings.options.optimizer == "gauss-newton" and settings.theta is None:
+        for side, count in STAGES:
+            factor = _factor(size, side)
+            if factor <= last:
+                break
+            progress(f"{side} pixels")
+            small = shrink(image, factor)
+            scene = Scene(text, size, factor)
+            fits = [
+                fit(Problem(scene, small, start, settings.options), COARSE_ITERATIONS)
+                for start in starts[:count]
+            ]
+            fits.sort(key=lambda one: one.loss)
+            starts = [one.state for one in fits]
+            record(starts[0], fits[0].loss)
+    progress("full size")
+    problem = Problem(Scene(text, size, last), shrink(image, last), starts[0], settings.options)
+    found = fit(problem, settings.max_iterations, record)
+    return Outcome(
+        state=found.state,
+        loss=found.loss,
+        score=_score(Scene(text, size, coarse), shrink(image, coarse), found.state),
+        deviation=_deviation(found),
+        history=history,
+        iterations=found.iterations,
+        converged=found.converged,
+    )
+
+
+def _factor(size: tuple[int, ...], side: int) -> int:
+    return max(1, math.ceil(max(size) / side))
+
+
+def _sweep(text: Text, image: Array, factor: int, settings: Settings) -> tuple[float, list[State]]:
+    """How much the best candidate leaves unexplained, and states to fit from, the best first."""
+    small = shrink(image, factor)
+    levels, ink = part(small, settings.terms, settings.dark)
+    thetas = candidates(text) if settings.theta is None else settings.theta[None]
+    if settings.placement is not None:
+        places = np.broadcast_to(settings.placement, (len(thetas), 4))
+    else:
+        places = placements(text, thetas, ink, factor, "turn" in settings.options.fitted)
+    unexplained = rank(Scene(text, image.shape, factor), thetas, places, small, settings.terms)
+    chosen = best_starts(thetas, unexplained, STAGES[0][1])
+    states = [State(thetas[i], places[i], 0.0, levels.light, levels.ink) for i in chosen]
+    return float(unexplained[chosen[0]]), states
+
+
+def _score(scene: Scene, image: Array, state: State) -> float:
+    """1 less the share of the ink's squares that is left."""
+    left = scene.image(state) - image
+    light = scene.paper(state) - image
+    return 1 - float((left * left).sum()) / max(float((light * light).sum()), 1e-12)
+
+
+def _deviation(found: Fit) -> Array:
+    problem = found.problem
+    residual = problem.residual(found.state.flat()[problem.free])
+    noise = max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), LEAST_NOISE)
+    theta = found.state.theta
+    return deviations(problem, found.state, noise)[: theta.size].reshape(theta.shape)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to match, in whatever font: it travels between processes.
+
+    Attributes
+    ----------
+    string : str
+    shared : bool
+    axes : mapping, or one per letter, optional
+        Where to start.
+    placement : (2, 3) array, optional
+    settings : Settings
+    """
+
+    string: str
+    shared: bool
+    axes: Any
+    placement: Array | None
+    settings: Settings
+
+    def text(self, font: Font) -> Text:
+        """The text in a font."""
+        return Text(font, self.string, axes=self.axes, shared=self.shared)
+
+    def settings_for(self, text: Text) -> Settings:
+        """Where to start, in this text's coordinates."""
+        placement = None if self.placement is None else _similarity(self.placement, text)
+        theta = None if self.axes is None else text.coordinates
+        return replace(self.settings, placement=placement, theta=theta)
+
+
+def _similarity(matrix: Array, text: Text) -> Array:
+    """An affine map (2, 3) as t, log s and φ of a :class:`~.scene.State`.
+
+    Raises
+    ------
+    ImageError
+        It is no similarity that turns y down.
+    """
+    if matrix.shape != (2, 3) or not np.isfinite(matrix).all():
+        raise ImageError(f"A placement is a finite (2, 3) matrix, not {matrix.shape}.")
+    linear = matrix[:, :2]
+    a, b = linear[:, 0]
+    expected = np.array([[a, b], [b, -a]])
+    size = math.hypot(a, b)
+    if size == 0 or abs(linear - expected).max() > NOT_SIMILAR * size:
+        raise ImageError(
+            "A placement scales, turns and shifts, and turns y down: [[a, b, x], [b, -a, y]]."
+        )
+    shift = linear @ middle(text) + matrix[:, 2]
+    return np.array([*shift, math.log(size), math.atan2(b, a)])

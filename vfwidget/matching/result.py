@@ -1,0 +1,174 @@
+"""What a match found, in the terms of those who asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Array, to_tensor
+from ..text import Text
+from .match import Outcome
+from .scene import Scene
+
+if TYPE_CHECKING:
+    import torch
+
+GOOD = 0.9
+"""The least share of the ink that a match explains."""
+UNSEEN = 0.1
+"""A standard deviation, in normalized coordinates, from which on an axis cannot be told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """What :func:`vfwidget.match` found.
+
+    Attributes
+    ----------
+    text : Text
+        The text, at the axes found.
+    target : (H, W) array
+        The picture, as grey levels, 1 white.
+    outcome : Outcome
+        The fitted state as numbers.
+    ranking : tuple of Match
+        Of several fonts all that could be fitted, the best first; else this one alone.
+    left_out : dict of str to str
+        Fonts that could not be fitted, and why.
+    """
+
+    text: Text
+    target: Array
+    outcome: Outcome
+    ranking: tuple[Match, ...] = field(default=(), repr=False)
+    left_out: dict[str, str] = field(default_factory=dict, repr=False)
+
+    @property
+    def axes(self) -> Any:
+        """User coordinates found; as :attr:`Text.axes`."""
+        return self.text.axes
+
+    @property
+    def loss(self) -> float:
+        """Mean cost of a pixel."""
+        return self.outcome.loss
+
+    @property
+    def score(self) -> float:
+        """Share of the ink that the fitted picture explains, seen from afar; 1 is all."""
+        return self.outcome.score
+
+    @property
+    def status(self) -> str:
+        """``"matched"`` or, where too much of the picture is unlike the text, ``"poor"``."""
+        return "matched" if self.score >= GOOD else "poor"
+
+    @property
+    def history(self) -> list[tuple[Array, float]]:
+        """(Θ, loss) after each step; the first few at coarse resolutions."""
+        return self.outcome.history
+
+    @property
+    def placement(self) -> torch.Tensor:
+        """The affine map (2, 3) from the text's font units to the picture's pixels."""
+        return to_tensor(self._scene.matrix(self.outcome.state.placement))
+
+    @property
+    def blur(self) -> float:
+        """Standard deviation of the picture's blur, in pixels."""
+        return float(np.sqrt(self.outcome.state.blur))
+
+    @cached_property
+    def image(self) -> torch.Tensor:
+        """The fitted picture (H, W), levels, light and blur included."""
+        return to_tensor(self._scene.image(self.outcome.state))
+
+    @property
+    def residual(self) -> torch.Tensor:
+        """The fitted picture less the given one, (H, W)."""
+        return self.image - to_tensor(self.target)
+
+    @property
+    def _scene(self) -> Scene:
+        height, width = self.target.shape
+        return Scene(self.text, (height, width))
+
+    @property
+    def uncertainty(self) -> Any:
+        """Standard deviation of each axis in user coordinates, by tag; infinite where unseen.
+
+        From the Jacobian of the picture and the noise that the residual shows. A dict when axes
+        are shared, a list of one per letter otherwise.
+        """
+        rows = [
+            self._spread(w, d) for w, d in zip(self._theta, self.outcome.deviation, strict=True)
+        ]
+        return rows[0] if self.text.shared else rows
+
+    def _spread(self, w: Array, deviation: Array) -> dict[str, float]:
+        font = self.text.font
+        lower, upper = font.bounds
+        spread = {}
+        for i, axis in enumerate(font.axes):
+            if not deviation[i] < UNSEEN:
+                spread[axis.tag] = float("inf")
+                continue
+            ends = []
+            for side in (-1, 1):
+                moved = w.copy()
+                moved[i] = np.clip(w[i] + side * deviation[i], lower[i], upper[i])
+                ends.append((font.denormalize(moved)[axis.tag], moved[i]))
+            (low, a), (high, b) = ends
+            spread[axis.tag] = (high - low) / (b - a) * deviation[i] if b > a else 0.0
+        return spread
+
+    @property
+    def _theta(self) -> Array:
+        return self.text.coordinates
+
+    @property
+    def unseen(self) -> Any:
+        """Tags of axes that this picture does not show; a list of tuples when not shared."""
+        rows = [
+            tuple(a.tag for a, d in zip(self.text.font.axes, row, strict=True) if not d < UNSEEN)
+            for row in self.outcome.deviation
+        ]
+        return rows[0] if self.text.shared else rows
+
+    def report(self) -> str:
+        """How good the match is, and every axis with its uncertainty, as a table to print."""
+        font = self.text.font
+        lines = [
+            f"{self.status}: {font.family_name} explains {100 * self.score:.1f} % of the ink of "
+            f"{self.text.string!r}"
+        ]
+        if self.status == "poor":
+            lines.append("The picture hardly shows this text in this font; trust no axis below.")
+        axes = [self.axes] if self.text.shared else self.axes
+        spread = [self.uncertainty] if self.text.shared else self.uncertainty
+        for letter, (values, about) in enumerate(zip(axes, spread, strict=True)):
+            of = "" if self.text.shared else f"{self.text.glyphs[letter].name} "
+            for tag, value in values.items():
+                if np.isfinite(about[tag]):
+                    lines.append(f"{of}{tag:>6} {value:10.4g} ± {about[tag]:.2g}")
+                else:
+                    lines.append(f"{of}{tag:>6} {value:10.4g}   not to be seen in this picture")
+        return "\n".join(lines)
+
+    def plot(self, axes: Any = None) -> Any:
+        """The picture, the fit, the residual and the loss, side by side.
+
+        Parameters
+        ----------
+        axes : array of 4 matplotlib Axes, optional
+
+        Returns
+        -------
+        array of 4 Axes
+        """
+        from ..plot.matching import draw_match
+
+        return draw_match(self, axes)

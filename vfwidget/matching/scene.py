@@ -1,0 +1,182 @@
+r"""The picture that a text would make: its forward model, and that model's derivative.
+
+    image = light · (1 − C) + ink · C,   C = blur ∗ coverage(placed outline),
+
+as a function of Θ, of where and how large the text stands, of the blur, and of the light. The
+outline is placed by p ↦ t + s R(φ) (p − c), y turned down, c being the middle of the text.
+
+Blur is the discrete Gaussian of variance v (Lindeberg 1990), whose derivative by v is half the
+discrete Laplacian: so a fit can leave v = 0, where that of a sampled Gaussian has no slope.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from ..bezier import segment_indices
+from ..raster.coverage import Boundary, fill
+from ..text import Text
+from .images import basis
+
+PLACEMENT = ("x", "y", "size", "turn")
+"""t in pixels, log s and φ."""
+LEAST_BLUR = 1e-6
+"""A variance, in pixels², that is not worth a convolution."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything that a picture of a text depends on.
+
+    Attributes
+    ----------
+    theta : (parameters, n) array
+    placement : (4,) array
+        t in pixels, log s in pixels per font unit, φ in radians.
+    blur : float
+        Variance in pixels².
+    light : (terms,) array
+        Of the paper's brightness, in :func:`.images.basis`.
+    ink : float
+    """
+
+    theta: Array
+    placement: Array
+    blur: float
+    light: Array
+    ink: float
+
+    def flat(self) -> Array:
+        """All in one vector."""
+        parts = (self.theta.ravel(), self.placement, [self.blur], self.light, [self.ink])
+        return np.concatenate(parts)
+
+    def like(self, flat: Array) -> State:
+        """The state that a vector spells."""
+        ends = np.cumsum([self.theta.size, 4, 1, len(self.light)])
+        theta, placement, blur, light, ink = np.split(flat, ends)
+        return State(
+            theta.reshape(self.theta.shape), placement, float(blur[0]), light, float(ink[0])
+        )
+
+
+class Scene:
+    """Pictures of one text at one resolution.
+
+    Parameters
+    ----------
+    text : Text
+    size : (H, W)
+        Of the picture at full resolution.
+    factor : int
+        How many pixels of that make one here, in x and in y.
+    """
+
+    def __init__(self, text: Text, size: tuple[int, int], factor: int = 1) -> None:
+        self.text, self.factor = text, factor
+        height, width = size
+        self.shape = -(-height // factor), -(-width // factor)
+        self._outline = text.point_set()
+        contours = [s for glyph in text.glyphs for s in glyph.contours]
+        self._sizes = contours
+        self._indices = np.concatenate(segment_indices(contours))
+        self.centre = middle(text)
+        self._latest: tuple[bytes, _Picture] | None = None
+
+    def matrix(self, placement: Array) -> Array:
+        """A placement as the affine map (2, 3) from the text's units to full pixels."""
+        x, y, size, turn = placement
+        c, s = math.exp(size) * math.cos(turn), math.exp(size) * math.sin(turn)
+        linear = np.array([[c, s], [s, -c]])
+        return np.concatenate([linear, (np.array([x, y]) - linear @ self.centre)[:, None]], 1)
+
+    def coverage(self, thetas: Array, placements: Array) -> Array:
+        """Ink without blur of B candidates, (B, H, W), from (B, parameters, n) and (B, 4)."""
+        points = self.text.positions(self._outline, thetas)
+        maps = np.stack([self.matrix(placement) for placement in placements]) / self.factor
+        points = points @ np.swapaxes(maps[:, :, :2], 1, 2) + maps[:, None, :, 2]
+        return fill(points[:, self._indices], self._sizes, *self.shape)[0]
+
+    def image(self, state: State) -> Array:
+        """The picture (H, W)."""
+        return self._picture(state).image
+
+    def paper(self, state: State) -> Array:
+        """The picture without ink, (H, W)."""
+        return basis(*self.shape, len(state.light)) @ state.light
+
+    def jacobian(self, state: State) -> Array:
+        """Its derivative by the whole state, (H, W, size of the state)."""
+        picture = self._picture(state)
+        points, moves = self.text.positions_and_jacobian(self._outline, state.theta)
+        linear = self.matrix(state.placement)[:, :2] / self.factor
+        placed = (points - self.centre) @ linear.T
+        count = len(points)
+        turned = np.stack([-placed[:, 1], placed[:, 0]], -1)
+        ahead = np.broadcast_to(np.eye(2) / self.factor, (count, 2, 2))
+        by_theta = linear @ moves.reshape(count, 2, -1)
+        steps = np.concatenate([by_theta, ahead, placed[..., None], turned[..., None]], -1)
+        by_ink = _blur(picture.boundary.derivative(steps[self._indices])[0], picture.variance)
+        by_blur = _laplacian(picture.covered) / (2 * self.factor**2)
+        moved = np.concatenate([by_ink, by_blur[..., None]], -1)
+        moved *= (state.ink - picture.light)[..., None]
+        paper = basis(*self.shape, len(state.light)) * (1 - picture.covered)[..., None]
+        return np.concatenate([moved, paper, picture.covered[..., None]], -1)
+
+    def _picture(self, state: State) -> _Picture:
+        key = state.flat().tobytes()
+        if self._latest is None or self._latest[0] != key:
+            self._latest = key, self._draw(state)
+        return self._latest[1]
+
+    def _draw(self, state: State) -> _Picture:
+        points = self.text.positions(self._outline, state.theta)
+        placed = self.matrix(state.placement) / self.factor
+        points = points @ placed[:, :2].T + placed[:, 2]
+        sharp, boundary = fill(points[None, self._indices], self._sizes, *self.shape)
+        variance = state.blur / self.factor**2
+        covered = _blur(sharp[0, ..., None], variance)[..., 0]
+        light = self.paper(state)
+        image = light + (state.ink - light) * covered
+        return _Picture(image, covered, light, variance, boundary)
+
+
+@dataclass(frozen=True)
+class _Picture:
+    image: Array
+    covered: Array
+    light: Array
+    variance: float
+    boundary: Boundary
+
+
+def middle(text: Text) -> Array:
+    """The middle of the box around a text's control points, (2,)."""
+    points = text.positions(text.point_set(), text.coordinates)
+    return (points.min(0) + points.max(0)) / 2
+
+
+def _blur(images: Array, variance: float) -> Array:
+    """Images (H, W, a) blurred by the discrete Gaussian; outside them is nothing."""
+    if variance < LEAST_BLUR:
+        return images
+    import torch
+
+    reach = math.ceil(4 * math.sqrt(variance)) + 2
+    around = 2 * np.pi * np.arange(reach + 1) / (2 * reach + 1)
+    kernel = np.fft.irfft(np.exp(variance * (np.cos(around) - 1)), 2 * reach + 1)
+    weights = torch.from_numpy(np.fft.fftshift(kernel))
+    stack = torch.from_numpy(np.ascontiguousarray(np.moveaxis(images, -1, 0)))[:, None]
+    stack = torch.nn.functional.conv2d(stack, weights[None, None, :, None], padding=(reach, 0))
+    stack = torch.nn.functional.conv2d(stack, weights[None, None, None, :], padding=(0, reach))
+    return np.moveaxis(stack[:, 0].numpy(), 0, -1)
+
+
+def _laplacian(image: Array) -> Array:
+    around = np.pad(image, 1)
+    sides = around[:-2, 1:-1] + around[2:, 1:-1] + around[1:-1, :-2] + around[1:-1, 2:]
+    return sides - 4 * image

@@ -1,0 +1,126 @@
+"""Where a fit may begin: a cheap sweep of the design space over a small picture."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ImageError
+from ..text import Text
+from .images import basis
+from .scene import Scene
+
+SWEEP = 160
+"""Places of the design space that are tried."""
+APART = 0.2
+"""How far apart two starts are, in normalized coordinates, so that the second is worth a try."""
+CANVAS = 48
+"""Pixels of the picture in which a candidate's ink is measured."""
+MOST_TURN = math.radians(25)
+LONG = 1.5
+"""How much longer than broad ink has to be for its direction to say how it is turned."""
+
+
+def candidates(text: Text) -> Array:
+    """Places spread over the design space, (SWEEP, parameters, n); all letters stand at one."""
+    lower, upper = text.font.bounds
+    named = [text.font.normalize(dict(i.axes)).numpy() for i in text.font.instances]
+    first = np.stack([np.zeros_like(lower), *named])[: SWEEP // 3]
+    spread = lower + (upper - lower) * _spread(SWEEP - len(first), len(lower))
+    # An axis that moves nothing here stays at its default.
+    felt = np.array([len(breakpoints) > 0 for breakpoints in text.breakpoints])
+    places = np.concatenate([first, spread]) * felt
+    return np.broadcast_to(places[:, None], (len(places), text.word.parameters, len(lower))).copy()
+
+
+def _spread(count: int, dimensions: int) -> Array:
+    """Points that fill the unit cube evenly, the same at every call (Sobol's sequence)."""
+    import torch
+
+    engine = torch.quasirandom.SobolEngine(dimensions, scramble=True, seed=0)
+    return engine.draw(count, dtype=torch.float64).numpy()
+
+
+def placements(text: Text, thetas: Array, ink: Array, factor: int, turn: bool) -> Array:
+    """Where each candidate would have to stand to have its ink where the picture has, (B, 4).
+
+    Middle, extent and, if asked for, direction of the ink are matched.
+
+    Raises
+    ------
+    ImageError
+        The text has no ink.
+    """
+    size = (CANVAS, CANVAS)
+    scene = Scene(text, size)
+    points = text.positions(text.point_set(), thetas)
+    low, high = points.min((0, 1)), points.max((0, 1))
+    scale = 0.9 * CANVAS / max(float((high - low).max()), 1.0)
+    here = np.array([CANVAS / 2, CANVAS / 2, math.log(scale), 0.0])
+    offset = (low + high) / 2 - scene.centre
+    here[:2] -= scale * offset * [1, -1]
+    own = scene.coverage(thetas, np.broadcast_to(here, (len(thetas), 4)))
+    goal = _Moments(ink)
+    found = []
+    for image in own:
+        moments = _Moments(image)
+        ratio = goal.extent / moments.extent
+        angle = 0.0
+        if turn and min(goal.length, moments.length) > LONG:
+            angle = (goal.direction - moments.direction + math.pi / 2) % math.pi - math.pi / 2
+            angle = angle if abs(angle) < MOST_TURN else 0.0
+        rotation = np.array(
+            [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+        )
+        # From the text's middle to the middle of its ink, in the picture.
+        arm = ratio * rotation @ (moments.centre - here[:2])
+        place = (goal.centre - arm) * factor
+        found.append([*place, math.log(scale * ratio * factor), angle])
+    return np.array(found)
+
+
+class _Moments:
+    """Middle, extent and direction of an image's ink, in pixels."""
+
+    def __init__(self, image: Array) -> None:
+        total = float(image.sum())
+        if total <= 0:
+            raise ImageError("There is no ink to match: the text is blank, or far too small.")
+        y, x = np.mgrid[: image.shape[0], : image.shape[1]] + 0.5
+        self.centre = np.array([(image * x).sum(), (image * y).sum()]) / total
+        dx, dy = x - self.centre[0], y - self.centre[1]
+        xx, yy, xy = ((image * p).sum() / total for p in (dx * dx, dy * dy, dx * dy))
+        self.extent = math.sqrt(xx + yy) or 1.0
+        root = math.hypot((xx - yy) / 2, xy)
+        large, small = (xx + yy) / 2 + root, (xx + yy) / 2 - root
+        self.length = math.sqrt(large / max(small, 1e-9))
+        self.direction = math.atan2(2 * xy, xx - yy) / 2
+
+
+def rank(scene: Scene, thetas: Array, places: Array, image: Array, terms: int) -> Array:
+    """How much of the picture each candidate leaves unexplained at best levels, (B,) in 0 … 1."""
+    covered = scene.coverage(thetas, places)
+    over = basis(*scene.shape, terms).reshape(-1, terms)
+    directions = np.linalg.qr(over)[0]
+
+    def beside_light(values: Array) -> Array:
+        values = values.reshape(len(values), -1)
+        return values - values @ directions @ directions.T
+
+    own, goal = beside_light(covered), beside_light(image[None])[0]
+    along = (own @ goal) ** 2 / np.maximum((own * own).sum(1), 1e-12)
+    return 1 - along / max(float(goal @ goal), 1e-12)
+
+
+def best_starts(thetas: Array, unexplained: Array, count: int) -> list[int]:
+    """The best candidates that are not near a better one."""
+    chosen: list[int] = []
+    for i in np.argsort(unexplained, kind="stable"):
+        near = (np.abs(thetas[i] - thetas[j]).max() < APART for j in chosen)
+        if not any(near):
+            chosen.append(int(i))
+        if len(chosen) == count:
+            break
+    return chosen
