@@ -165,10 +165,10 @@ def _one_of(value: str, names: Sequence[str], what: str) -> str:
 
 def _shown(
     text: Text, watch: Editor | Callable[[Text, float], None] | None
-) -> Callable[[Array, float], None]:
+) -> Callable[[Array, float], None] | None:
     """What to do with Θ and the loss at every step."""
     if watch is None:
-        return lambda theta, loss: None
+        return None
     if callable(watch):
         return lambda theta, loss: watch(text.moved(theta), loss)
     editor = watch

@@ -53,7 +53,9 @@ def match_fonts(
         order = range(len(sources))
         left_out: dict[str, str] = {}
         if len(sources) > KEPT:
-            swept: dict[int, Any] = _run(_sweep_chunk, image, sources, order, request, executor, lambda: None)
+            swept: dict[int, Any] = _run(
+                _sweep_chunk, image, sources, order, request, executor, lambda: None
+            )
             for i in [i for i in order if swept[i][0] is None]:
                 left_out[names[i]] = swept[i][1]
             good = sorted((i for i in order if swept[i][0] is not None), key=lambda i: swept[i][0])
@@ -115,7 +117,7 @@ def _sweep_one(request: Request, image: Array, source: Any) -> float:
 
 def _fit_one(request: Request, image: Array, source: Any) -> Outcome:
     text = request.text(load_font(source))
-    return match_text(text, image, request.settings_for(text), lambda _: None, lambda *_: None)
+    return match_text(text, image, request.settings_for(text))
 
 
 def _try(job: Callable[..., Any], request: Request, image: Array, source: Any) -> Answer:

@@ -22,8 +22,10 @@ LOSS_SCALE = 0.1
 """Residuals from this share of the contrast on count as outliers."""
 MOST_TURN, MOST_BLUR = 0.6, 0.05
 """Radians; and a standard deviation, as a share of the picture's longer side."""
+NULL, TAKES_PART = 1e-10, 1e-3
+"""Relative to the greatest, an eigenvalue that is none; and a share in its vector that counts."""
 
-Watch = Callable[[State, float], None]
+Watch = Callable[[Array, float], None]
 
 
 @dataclass(frozen=True)
@@ -105,8 +107,8 @@ class Problem:
 
     def jacobian(self, x: Array) -> Array:
         """Its derivative by the free variables."""
-        jacobian = self.scene.jacobian(self.state(x))
-        return jacobian.reshape(-1, jacobian.shape[-1])[:, self.free]
+        jacobian = self.scene.jacobian(self.state(x), self.free)
+        return jacobian.reshape(-1, jacobian.shape[-1])
 
     def loss(self, residual: Array) -> float:
         """The mean cost of a pixel."""
@@ -125,6 +127,8 @@ class Fit:
         The mean cost of a pixel.
     iterations : int
     converged : bool
+    history : list of (Θ, loss)
+        After every step, the start included.
     """
 
     problem: Problem
@@ -132,6 +136,7 @@ class Fit:
     loss: float
     iterations: int
     converged: bool
+    history: list[tuple[Array, float]]
 
 
 def fit(problem: Problem, max_iterations: int, watch: Watch | None = None) -> Fit:
@@ -144,18 +149,17 @@ def fit(problem: Problem, max_iterations: int, watch: Watch | None = None) -> Fi
 def _gauss_newton(problem: Problem, max_iterations: int, watch: Watch | None) -> Fit:
     best = np.inf
 
-    def residual(x: Array) -> Array:
+    def watched(x: Array) -> Array:
         nonlocal best
         values = problem.residual(x)
-        if watch is not None:
-            loss = problem.loss(values)
-            if loss < best:
-                best = loss
-                watch(problem.state(x), loss)
+        loss = problem.loss(values)
+        if watch is not None and loss < best:
+            best = loss
+            watch(problem.state(x).theta, loss)
         return values
 
     found = least_squares(
-        residual,
+        problem.residual if watch is None else watched,
         problem.x0,
         problem.jacobian,
         (problem.lower, problem.upper),
@@ -163,13 +167,15 @@ def _gauss_newton(problem: Problem, max_iterations: int, watch: Watch | None) ->
         loss=problem.options.loss,
         loss_scale=problem.scale,
         max_iterations=max_iterations,
-        cost_tolerance=1e-7,
+        cost_tolerance=1e-5,
         step_tolerance=1e-7,
         gain_tolerance=1e-9 * len(problem.target.ravel()) * problem.scale**2,
         gradient_tolerance=1e-7,
     )
-    loss = float(found.cost) / problem.target.size
-    return Fit(problem, problem.state(found.x), loss, found.iterations, found.converged)
+    size = problem.target.size
+    history = [(problem.state(x).theta, float(cost) / size) for x, cost in found.history]
+    state = problem.state(found.x)
+    return Fit(problem, state, history[-1][1], found.iterations, found.converged, history)
 
 
 def _adam(problem: Problem, max_iterations: int, watch: Watch | None) -> Fit:
@@ -180,12 +186,14 @@ def _adam(problem: Problem, max_iterations: int, watch: Watch | None) -> Fit:
     x = torch.tensor(problem.x0 / unit)
     optimizer = torch.optim.Adam([x], lr=LEARNING_RATE)
     best, best_loss = problem.x0, np.inf
+    history = []
     for _ in range(max_iterations + 1):
         here = x.numpy() * unit
         values = problem.residual(here)
         loss = problem.loss(values)
+        history.append((problem.state(here).theta, loss))
         if watch is not None:
-            watch(problem.state(here), loss)
+            watch(*history[-1])
         if loss < best_loss:
             best, best_loss = here.copy(), loss
         values, jacobian = rescale(
@@ -193,10 +201,8 @@ def _adam(problem: Problem, max_iterations: int, watch: Watch | None) -> Fit:
         )
         x.grad = torch.from_numpy(2 * (values @ jacobian) * unit / len(values))
         optimizer.step()
-        x.copy_(
-            x.clamp(torch.from_numpy(problem.lower / unit), torch.from_numpy(problem.upper / unit))
-        )
-    return Fit(problem, problem.state(best), float(best_loss), max_iterations, True)
+        np.clip(x.numpy(), problem.lower / unit, problem.upper / unit, out=x.numpy())
+    return Fit(problem, problem.state(best), best_loss, max_iterations, True, history)
 
 
 def deviations(problem: Problem, state: State, noise: float) -> Array:
@@ -215,10 +221,12 @@ def deviations(problem: Problem, state: State, noise: float) -> Array:
     jacobian = problem.jacobian(state.flat()[problem.free])
     size = np.sqrt((jacobian * jacobian).sum(0))
     seen = size > 0
-    values, vectors = np.linalg.eigh(
-        (jacobian.T @ jacobian)[np.ix_(seen, seen)] / np.outer(size[seen], size[seen])
-    )
-    variance = (vectors**2 / np.maximum(values, 1e-12)).sum(1)
+    own = jacobian[:, seen] / size[seen]
+    values, vectors = np.linalg.eigh(own.T @ own)
+    # Directions that no pixel sees but for rounding: whatever takes part in one is not to be told.
+    null = values < NULL * values[-1:]
+    hidden = (abs(vectors[:, null]) > TAKES_PART).any(1)
+    variance = (vectors[:, ~null] ** 2 / values[~null]).sum(1)
     deviation = np.full(len(size), np.inf)
-    deviation[seen] = noise * np.sqrt(variance) / size[seen]
+    deviation[seen] = np.where(hidden, np.inf, noise * np.sqrt(variance) / size[seen])
     return deviation

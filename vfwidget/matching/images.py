@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -122,10 +123,13 @@ def shrink(image: Array, factor: int) -> Array:
     return padded.reshape(rows, factor, columns, factor).mean((1, 3))
 
 
+@lru_cache(maxsize=8)
 def basis(height: int, width: int, terms: int) -> Array:
     """The first of 1, u, v, u v, u², v² over the image, (H, W, terms), u and v in -1 … 1."""
     v, u = np.meshgrid(_centred(height), _centred(width), indexing="ij")
-    return np.stack([np.ones_like(u), u, v, u * v, u * u, v * v][:terms], -1)
+    values = np.stack([np.ones_like(u), u, v, u * v, u * u, v * v][:terms], -1)
+    values.flags.writeable = False
+    return values
 
 
 def _centred(count: int) -> Array:

@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..errors import ImageError
 from ..font import Font
 from ..text import Text
-from .fit import Fit, Options, Problem, deviations, fit
+from .fit import Fit, Options, Problem, Watch, deviations, fit
 from .images import part, shrink
 from .scene import Scene, State, middle
 from .start import best_starts, candidates, placements, rank
@@ -27,7 +27,6 @@ LEAST_NOISE = 0.5 / 255
 NOT_SIMILAR = 1e-6
 
 Progress = Callable[[str], None]
-Watch = Callable[[Array, float], None]
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,11 @@ def sweep(text: Text, image: Array, settings: Settings) -> float:
 
 
 def match_text(
-    text: Text, image: Array, settings: Settings, progress: Progress, watch: Watch
+    text: Text,
+    image: Array,
+    settings: Settings,
+    progress: Progress = lambda stage: None,
+    watch: Watch | None = None,
 ) -> Outcome:
     """Fit a text to a picture (H, W)."""
     size = image.shape
@@ -102,10 +105,6 @@ def match_text(
     progress("sweep")
     _, starts = _sweep(text, image, coarse, settings)
     history: list[tuple[Array, float]] = []
-
-    def record(state: State, loss: float) -> None:
-        history.append((state.theta, loss))
-        watch(state.theta, loss)
 
     last = _factor(size, settings.resolution)
     if settings.options.optimizer == "gauss-newton" and settings.theta is None:
@@ -122,16 +121,18 @@ def match_text(
             ]
             fits.sort(key=lambda one: one.loss)
             starts = [one.state for one in fits]
-            record(starts[0], fits[0].loss)
+            history.append(fits[0].history[-1])
+            if watch is not None:
+                watch(*history[-1])
     progress("full size")
     problem = Problem(Scene(text, size, last), shrink(image, last), starts[0], settings.options)
-    found = fit(problem, settings.max_iterations, record)
+    found = fit(problem, settings.max_iterations, watch)
     return Outcome(
         state=found.state,
         loss=found.loss,
         score=_score(Scene(text, size, coarse), shrink(image, coarse), found.state),
         deviation=_deviation(found),
-        history=history,
+        history=history + found.history,
         iterations=found.iterations,
         converged=found.converged,
     )

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, BoolArray
 from ..bezier import segment_indices
 from ..raster.coverage import Boundary, fill
 from ..text import Text
@@ -107,11 +107,28 @@ class Scene:
 
     def paper(self, state: State) -> Array:
         """The picture without ink, (H, W)."""
+        if not state.light[1:].any():
+            return np.full(self.shape, state.light[0])
         return basis(*self.shape, len(state.light)) @ state.light
 
-    def jacobian(self, state: State) -> Array:
-        """Its derivative by the whole state, (H, W, size of the state)."""
+    def jacobian(self, state: State, free: BoolArray) -> Array:
+        """Its derivative by what is free of the state's :meth:`~State.flat` form, (H, W, f)."""
         picture = self._picture(state)
+        moving = state.theta.size + 4
+        steps = self._moves(state)[..., free[:moving]][self._indices]
+        columns = [_blur(picture.boundary.derivative(steps)[0], picture.variance)]
+        if free[moving]:
+            columns.append(_laplacian(picture.covered)[..., None] / (2 * self.factor**2))
+        columns = [column * (state.ink - picture.light)[..., None] for column in columns]
+        if free[moving + 1 : -1].any():
+            paper = basis(*self.shape, len(state.light))[..., free[moving + 1 : -1]]
+            columns.append(paper * (1 - picture.covered)[..., None])
+        if free[-1]:
+            columns.append(picture.covered[..., None])
+        return np.concatenate(columns, -1)
+
+    def _moves(self, state: State) -> Array:
+        """How the control points (K, 2) move by Θ and by the placement, (K, 2, size + 4)."""
         points, moves = self.text.positions_and_jacobian(self._outline, state.theta)
         linear = self.matrix(state.placement)[:, :2] / self.factor
         placed = (points - self.centre) @ linear.T
@@ -119,13 +136,7 @@ class Scene:
         turned = np.stack([-placed[:, 1], placed[:, 0]], -1)
         ahead = np.broadcast_to(np.eye(2) / self.factor, (count, 2, 2))
         by_theta = linear @ moves.reshape(count, 2, -1)
-        steps = np.concatenate([by_theta, ahead, placed[..., None], turned[..., None]], -1)
-        by_ink = _blur(picture.boundary.derivative(steps[self._indices])[0], picture.variance)
-        by_blur = _laplacian(picture.covered) / (2 * self.factor**2)
-        moved = np.concatenate([by_ink, by_blur[..., None]], -1)
-        moved *= (state.ink - picture.light)[..., None]
-        paper = basis(*self.shape, len(state.light)) * (1 - picture.covered)[..., None]
-        return np.concatenate([moved, paper, picture.covered[..., None]], -1)
+        return np.concatenate([by_theta, ahead, placed[..., None], turned[..., None]], -1)
 
     def _picture(self, state: State) -> _Picture:
         key = state.flat().tobytes()
