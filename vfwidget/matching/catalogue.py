@@ -45,8 +45,8 @@ def match_fonts(
     ImageError
         There are no fonts, or none could be fitted.
     """
-    sources = [_portable(font) for font in fonts]
-    names = [_name(font, i) for i, font in enumerate(fonts)]
+    sources = [font if executor is None else _portable(font) for font in fonts]
+    names = _names(fonts)
     if not sources:
         raise ImageError("There are no fonts to match.")
     with tqdm(total=len(sources), desc="match", leave=False, disable=not progress) as bar:
@@ -80,16 +80,16 @@ def match_fonts(
     return replace(matches[0], ranking=tuple(matches), left_out=left_out)
 
 
-def _name(font: Font | FontSource, index: int) -> str:
-    if isinstance(font, Font):
-        return font.family_name
-    return (
-        font
-        if isinstance(font, str)
-        else str(font)
-        if isinstance(font, Path)
-        else f"fonts[{index}]"
-    )
+def _names(fonts: Sequence[Font | FontSource]) -> list[str]:
+    """What to call each font; no two alike."""
+    names: list[str] = []
+    for i, font in enumerate(fonts):
+        if isinstance(font, Font):
+            name = font.family_name
+        else:
+            name = str(font) if isinstance(font, str | Path) else f"fonts[{i}]"
+        names.append(f"{name}, fonts[{i}]" if name in names else name)
+    return names
 
 
 def _portable(font: Font | FontSource) -> Any:
@@ -98,7 +98,12 @@ def _portable(font: Font | FontSource) -> Any:
     if not isinstance(ttfont, TTFont):
         return ttfont
     file = io.BytesIO()
-    ttfont.save(file)
+    # To compress it takes longer than to fit it.
+    flavor, ttfont.flavor = ttfont.flavor, None
+    try:
+        ttfont.save(file)
+    finally:
+        ttfont.flavor = flavor
     return file.getvalue()
 
 

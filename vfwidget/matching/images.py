@@ -66,22 +66,33 @@ def _open(path: Path) -> Image.Image:
         with warnings.catch_warnings():
             # The size is checked here, against our own limit.
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            return ImageOps.exif_transpose(Image.open(path))
+            with Image.open(path) as image:
+                # Before the pixels are unpacked.
+                _check_size(image.height, image.width)
+                return ImageOps.exif_transpose(image)
+    except ImageError:
+        raise
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise ImageError(f"{path} cannot be read as an image ({error}).") from error
 
 
 def _of_pil(image: Image.Image) -> Array:
-    if image.mode.startswith(("I;16", "I", "F")):
-        return _to_unit(np.asarray(image, dtype=np.uint16 if image.mode != "F" else float))
     try:
-        return _to_unit(np.asarray(image.convert("RGBA")))
-    except (OSError, ValueError) as error:
+        values = np.asarray(image if image.mode.startswith(("I", "F")) else image.convert("RGBA"))
+    except (OSError, ValueError, SyntaxError) as error:
         raise ImageError(f"The image is damaged or truncated ({error}).") from error
+    if image.mode.startswith("I"):
+        if values.min() < 0 or values.max() > 0xFFFF:
+            raise ImageError("Whole numbers of a PIL image are of 16 bits: 0 … 65,535.")
+        values = values.astype(np.uint16)
+    return _to_unit(values)
 
 
 def _to_unit(image: Any) -> Array:
-    values = np.asarray(image)
+    try:
+        values = np.asarray(image)
+    except ValueError as error:
+        raise ImageError(f"An image is (H, W) or (H, W, 3 or 4), not ragged ({error}).") from error
     if values.ndim not in (2, 3):
         raise ImageError(f"An image is (H, W) or (H, W, 3 or 4), not {values.shape}.")
     _check_size(*values.shape[:2])
@@ -90,7 +101,8 @@ def _to_unit(image: Any) -> Array:
     if np.issubdtype(values.dtype, np.unsignedinteger):
         return values / float(np.iinfo(values.dtype).max)
     try:
-        values = values.astype(np.float64)
+        # Of complex numbers numpy would drop a part.
+        values = values.astype(np.float64, casting="same_kind")
     except (TypeError, ValueError):
         raise ImageError(f"An image holds numbers, not {values.dtype}.") from None
     if not np.isfinite(values).all():

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, BoolArray
 from ..errors import ImageError
 from ..font import Font
 from ..text import Text
@@ -21,6 +21,11 @@ from .start import best_starts, candidates, placements, rank
 STAGES = ((48, 6), (96, 3), (192, 1))
 """Pixels of the longer side, and how many starts are fitted at them, before the last stage."""
 COARSE_ITERATIONS = 12
+MANY = 6
+"""Axes from which on they replace each other so well that a fit may be caught between them."""
+HOP_SIDE, HOPS, HOP_ITERATIONS = 64, 16, 20
+BETTER, PERFECT = 0.8, 1e-9
+"""What share of the loss a hop has to come below, and a loss that needs no hops."""
 LEAST_NOISE = 0.5 / 255
 """A pixel's standard deviation: levels are written in steps of 1 / 255."""
 
@@ -107,7 +112,7 @@ def match_text(
     history: list[tuple[Array, float]] = []
 
     last = _factor(size, settings.resolution)
-    if settings.options.optimizer == "gauss-newton" and settings.theta is None:
+    if settings.options.optimizer == "gauss-newton":
         for side, count in STAGES:
             factor = _factor(size, side)
             if factor <= last:
@@ -124,6 +129,9 @@ def match_text(
             history.append(fits[0].history[-1])
             if watch is not None:
                 watch(*history[-1])
+        if settings.theta is None and _felt(text).sum() >= MANY:
+            progress("hops")
+            starts = [_hop(text, image, starts[0], settings.options)]
     progress("full size")
     problem = Problem(Scene(text, size, last), shrink(image, last), starts[0], settings.options)
     found = fit(problem, settings.max_iterations, watch)
@@ -136,6 +144,34 @@ def match_text(
         iterations=found.iterations,
         converged=found.converged,
     )
+
+
+def _felt(text: Text) -> BoolArray:
+    """Which axes move anything of the text, (n,)."""
+    return np.array([len(breakpoints) > 0 for breakpoints in text.breakpoints])
+
+
+def _hop(text: Text, image: Array, best: State, options: Options) -> State:
+    """Out of a local minimum: fits from where half of the axes stand elsewhere.
+
+    Many axes can all but replace each other, and a picture looks nearly right where several of
+    them are wrong together (basin hopping, Wales and Doye 1997, without its temperature).
+    """
+    factor = _factor(image.shape, HOP_SIDE)
+    scene, small = Scene(text, image.shape, factor), shrink(image, factor)
+    lower, upper = text.font.bounds
+    chance, felt = np.random.default_rng(0), _felt(text)
+    found = fit(Problem(scene, small, best, options), HOP_ITERATIONS)
+    for _ in range(HOPS):
+        if found.loss < PERFECT:
+            break
+        theta = found.state.theta
+        anew = felt & (chance.random(theta.shape) < 0.5)
+        start = replace(found.state, theta=np.where(anew, chance.uniform(lower, upper), theta))
+        other = fit(Problem(scene, small, start, options), HOP_ITERATIONS)
+        if other.loss < BETTER * found.loss:
+            found = other
+    return found.state
 
 
 def _factor(size: tuple[int, ...], side: int) -> int:

@@ -166,8 +166,8 @@ class _Picture:
 
 
 def middle(text: Text) -> Array:
-    """The middle of the box around a text's control points, (2,)."""
-    points = text.positions(text.point_set(), text.coordinates)
+    """The middle of the box around the control points at the default, (2,), wherever text is."""
+    points = text.positions(text.point_set(), np.zeros_like(text.coordinates))
     return (points.min(0) + points.max(0)) / 2
 
 
