@@ -46,17 +46,24 @@ def run(path: Path) -> NotebookNode:
     return notebook
 
 
+def mathml(latex: str, display: str = "inline") -> str:
+    """An equation, less what latex2mathml does not know: spacing after a row, and tags."""
+    latex = re.sub(r"(\\\\)\s*\[\s*-?[\d.]+\s*[a-z]{2}\s*\]", r"\1 ", latex)
+    latex = re.sub(r"\\tag\s*\{([^{}]*)\}", r"\\qquad\\text{(\1)}", latex)
+    return convert(latex, display=display)
+
+
 class Markdown(IPythonRenderer):
     """Markdown whose equations are MathML and whose links to notebooks lead to their pages."""
 
     def block_math(self, body: str) -> str:
-        return convert(body, display="block")
+        return mathml(body, "block")
 
     def inline_math(self, body: str) -> str:
-        return convert(body)
+        return mathml(body)
 
     def latex_environment(self, name: str, body: str) -> str:
-        return convert(f"\\begin{{{name}}}{body}\\end{{{name}}}", display="block")
+        return mathml(f"\\begin{{{name}}}{body}\\end{{{name}}}", "block")
 
     def link(self, text: str, url: str, title: str | None = None) -> str:
         return super().link(text, re.sub(r"^([\w./-]+)\.ipynb\b", r"\1.html", url), title)
@@ -67,8 +74,22 @@ def render(markdown: str, attachments: Any = None) -> str:
     return str(MarkdownWithMath(renderer=renderer).render(markdown))
 
 
+TEMPLATE = """
+{%- extends 'basic/index.html.j2' -%}
+{% block input_group %}
+{%- set folded = cell.metadata.get("jupyter", {}).get("source_hidden") -%}
+{% if folded %}<details><summary>Answer code</summary>{% endif %}
+{{ super() }}
+{% if folded %}</details>{% endif %}
+{% endblock input_group %}
+"""
+
+
 class Exporter(HTMLExporter):
-    """The body of a page: nbconvert's plainest template, with the Markdown above."""
+    """The body of a page: nbconvert's plainest template, with the Markdown above.
+
+    Source that a notebook hides is folded.
+    """
 
     @pass_context
     def markdown2html(self, context: Any, source: str) -> str:
@@ -143,7 +164,7 @@ def body_of(notebook: NotebookNode) -> str:
         if cell.cell_type == "code":
             cell.outputs = [new for old in cell.outputs for new in widgets.settle(old)]
     exporter = Exporter(
-        template_name="basic", exclude_input_prompt=True, exclude_output_prompt=True
+        raw_template=TEMPLATE, exclude_input_prompt=True, exclude_output_prompt=True
     )
     return str(exporter.from_notebook_node(notebook)[0])
 

@@ -123,7 +123,7 @@ def test_normalization_draws_the_map_of_each_axis(name):
             atol=1e-12,
         )
         assert [*default.get_xdata(), *default.get_ydata()] == [axis.default, 0]
-        bent = [t.get_text() for t in panel.texts] != ["no avar"]
+        bent = [t.get_text() for t in panel.texts] != ["not bent"]
         assert bent == (axis.segment_map != tuple((x, x) for x, _ in axis.segment_map))
     # Whatever is not shown is named.
     rest = [axis.tag for axis in font.axes if axis.tag not in shown]
@@ -200,6 +200,8 @@ def test_gallery_draws_instances_at_its_ticks(name, glyph, tag, tag2, count):
         assert (np.diff(baselines) > 0).all()
     assert ("No delta set" in heading(ax)[1]) == (name == "recursive")
     assert ("slnt 5" in heading(ax)[0]) == bool(others)
+    # It fits a projector.
+    assert ax.figure.get_figheight() <= 5.5
     # Instances keep out of each other's way.
     boxes = [patch.get_path().get_extents() for patch in filled(ax)]
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
@@ -409,6 +411,7 @@ def test_scalars_draw_gamma(name, key, tag, tag2, axes, surface):
         j = int(j)
         shown.append(j)
         assert float(value) == pytest.approx(gamma(w[None, pair])[0, j], rel=1e-2)
+        assert not value.startswith("-")
         assert [panel.get_xlabel(), panel.get_ylabel()] == [tag, tag2]
         if surface:
             assert panel.name == "3d"
@@ -502,16 +505,20 @@ def test_paper_figure_5a():
 
 
 @pytest.mark.parametrize(
-    "text",
+    "text, place",
     [
-        vf.Text("recursive", "word"),
-        vf.Text("dynapuff", "fj ay", axes={"wght": 700}),
-        vf.Text("afacad-flux", "ab", axes=[{"wght": 900}, {"slnt": 10}], shared=False),
+        (vf.Text("recursive", "word"), ""),
+        (vf.Text("dynapuff", "fj ay", axes={"wght": 700}), " at wght 700"),
+        (
+            vf.Text("afacad-flux", "ab", axes=[{"wght": 900}, {"slnt": 10}], shared=False),
+            ", each letter by itself",
+        ),
     ],
-    ids=lambda text: text.string,
+    ids=["word", "fj ay", "ab"],
 )
-def test_layout_draws_origins_bearings_and_advances(text):
+def test_layout_draws_origins_bearings_and_advances(text, place):
     ax = plot.layout(text)
+    assert heading(ax)[0] == f"“{text.string}” in {text.font.family_name}{place}"
     rows = text.theta.expand(len(text.glyphs), -1)
     advances = [float(g.advance(w)) for g, w in zip(text.glyphs, rows, strict=True)]
     origins = np.cumsum([0, *advances])
@@ -531,7 +538,7 @@ def test_layout_draws_origins_bearings_and_advances(text):
         ):
             x = band.get_paths()[0].vertices[:, 0]
             assert [x.min(), x.max()] == pytest.approx(sorted([a, b]))
-            assert bool(band.get_hatch()) == (side < 0)
+            assert bool(band.get_hatch()) == (band.get_linewidth()[0] > 0) == (side < 0)
             negative |= side < 0
         want = [advances[i], left, right] if glyph.contours else [advances[i]]
         for value in want:

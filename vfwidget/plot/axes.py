@@ -48,7 +48,7 @@ def normalization(
     ----------
     font : Font or what :func:`vfwidget.load_font` takes
     tags : str or sequence of str, optional
-        Which axes; by default up to six, those with a segment map first and hidden ones last.
+        Which axes; by default up to six, those that a segment map bends first, hidden ones last.
     ax : matplotlib Axes, optional
         What the panels replace.
 
@@ -91,7 +91,7 @@ def normalization(
         panel.set_xticks(spaced(ends, 0.1 * (axis.maximum - axis.minimum)))
         panel.grid(alpha=0.3)
         if np.allclose(straight, mapped):
-            panel.text(0.96, 0.08, "no avar", ha="right", transform=panel.transAxes)
+            panel.text(0.96, 0.08, "not bent", ha="right", transform=panel.transAxes)
     made[0].set_ylabel("normalized coordinate w", fontsize="large")
     made[0].legend(loc="best")
     rest = [plain(axis.tag) for i, axis in enumerate(font.axes) if i not in shown]
@@ -99,7 +99,7 @@ def normalization(
         host,
         f"From user to normalized coordinates: {plain(font.family_name)}",
         "user coordinate s",
-        left_out(rest, "hidden or without a segment map") if tags is None else "",
+        left_out(rest, "hidden or not bent") if tags is None else "",
     )
     return made
 

@@ -49,7 +49,7 @@ def single(ax: Axes | None, size: tuple[float, float]) -> Axes:
     return ax
 
 
-def around(ax: Axes | None, points: Array, beside: float = 0, most: Any = (12, 7)) -> Axes:
+def around(ax: Axes | None, points: Array, beside: float = 0, most: Any = (12, 4.3)) -> Axes:
     """Axes bare of ticks that show all points (…, 2) to scale.
 
     A new figure is made as large as they need at ``most`` inches across or up, with ``beside``

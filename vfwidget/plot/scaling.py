@@ -183,7 +183,7 @@ def scalars(
     shown = [int(j) for j in order[:MOST_SCALARS]]
 
     host, made = panels(ax, max(len(shown), 1), projection="3d" if surface and shown else None)
-    here = to_array(shape.scalars(w))
+    here = to_array(shape.scalars(w)) + 0.0  # which makes 0 of a negative zero
     for panel, j in zip(made, shown, strict=False):
         gamma = walls[1][:, None, j] * walls[0][None, :, j] * rest[j]
         if surface:
@@ -196,7 +196,7 @@ def scalars(
             panel.plot(*w[list(pair)][:, None], "o", **dot)
         panel.set_title(f"set {j}: γ(w) = {here[j]:.3g}", fontsize="large")
         panel.set_xlabel(plain(tag))
-        panel.set_ylabel(plain(tag2))
+        panel.set_ylabel(plain(tag2), labelpad=8 if surface else None)
     if not shown:
         bare(made[0])
     elif not surface:
@@ -229,6 +229,7 @@ def _surface(panel: Any, grids: list[Array], gamma: Array, walls: list[Array]) -
     style = {"cmap": "viridis", "vmin": 0, "vmax": 1, "rcount": 40, "ccount": 40}
     panel.plot_surface(x, y, gamma, alpha=0.85, zorder=2, **style)
     panel.set_zlim(0, 1)
+    panel.locator_params(nbins=2)
 
 
 def delta_sets(

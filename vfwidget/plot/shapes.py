@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 
 from ..arrays import Array, to_array
@@ -34,7 +35,7 @@ from .canvas import (
     panels,
     plain,
 )
-from .subject import HAIR, axis_label, left_out, lengths, place, title
+from .subject import HAIR, axis_label, left_out, lengths, place, text_title, title
 
 MOST_AXES = 6
 MOST_LETTERS = 12
@@ -119,7 +120,7 @@ def _letters(text: Text, letter: str | int | None, axes: Any) -> tuple[Font, lis
     text = text if axes is None else text.at(axes=axes)
     owners = [i for i, glyph in enumerate(text.glyphs) for _ in glyph.contours]
     contours = [to_array(cubics) for cubics in text.segments()]
-    name = f"“{plain(text.string)}” in {plain(text.font.family_name)}"
+    name = text_title(text)
     if letter is None:
         return text.font, contours, name
     if isinstance(letter, str):
@@ -274,7 +275,7 @@ def layout(text: Text, ax: Axes | None = None) -> Axes:
     Axes
         In font units, the word's origin at 0. Upright lines are the letters' origins, arrows
         under the baseline their advances, bands their left and right side bearings; a bearing
-        that is negative is hatched. Beyond twelve letters the numbers are left out.
+        that is negative is hatched and framed. Beyond twelve letters the numbers are left out.
     """
     if not isinstance(text, Text):
         raise TypeError(f"layout takes a Text, not {type(text).__name__}.")
@@ -306,19 +307,20 @@ def layout(text: Text, ax: Axes | None = None) -> Axes:
             ax.annotate("", (x + advance, foot), (x, foot), arrowprops=style)
         edges = [(x, x + sides[0]), (x + advance - sides[1], x + advance)]
         for (a, b), colour, side in zip(edges, (VERMILLION, GREEN), sides, strict=True):
-            band = ax.fill_betweenx([bottom, top], a, b, color=colour, alpha=0.4, lw=0, zorder=2)
+            band = ax.fill_betweenx([bottom, top], a, b, fc=to_rgba(colour, 0.4), lw=0, zorder=2)
             if side < 0:
-                band.set_hatch("////")
-        labels = [(x + advance / 2, foot, -16, "center", BLUE, advance)]
+                # A band too thin for its hatching still shows its frame.
+                band.set(hatch="////", edgecolor=colour, linewidth=1.5)
+        labels = [(x + advance / 2, foot, (0, -16), "center", BLUE, advance)]
         if glyph.contours:
             # On two levels, for a right side bearing meets the next letter's left one.
-            labels.append((x, top, 1, "left", VERMILLION, sides[0]))
-            labels.append((x + advance, top, 16, "right", GREEN, sides[1]))
-        for where, height, up, side_of, colour, length in labels if numbers else ():
+            labels.append((x, top, (3, 2), "left", VERMILLION, sides[0]))
+            labels.append((x + advance, top, (-3, 17), "right", GREEN, sides[1]))
+        for where, height, offset, side_of, colour, length in labels if numbers else ():
             ax.annotate(
                 number(length),
                 (where, height),
-                (0, up),
+                offset,
                 textcoords="offset points",
                 ha=side_of,
                 color=colour,
@@ -333,9 +335,9 @@ def layout(text: Text, ax: Axes | None = None) -> Axes:
     ax.legend(handles=signs, loc="upper left", bbox_to_anchor=(1, 1), frameon=False)
     caption(
         ax,
-        f"“{plain(text.string)}” in {plain(font.family_name)}",
+        text_title(text),
         f"font units (1 em = {em})",
-        "hatched: negative" if np.min(bearings) < 0 else "",
+        "hatched and framed: negative" if np.min(bearings) < 0 else "",
         "" if numbers else f"Numbers are left out of a line of more than {MOST_LETTERS} letters.",
     )
     return ax

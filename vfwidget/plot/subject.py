@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import Array, BoolArray, to_array
 from ..errors import AxisError
 from ..font import Axis, Font, Glyph
+from ..text import Text
 from ..variation import Regions
 from .canvas import plain, showable
 
@@ -59,13 +60,30 @@ def title(font: Font, key: Any, glyph: Glyph, axes: Mapping[str, Any] | None = N
     """How a figure names a glyph, by its character where one was asked for, and its place."""
     character = isinstance(key, str) and len(key) == 1 and not key.isspace() and showable(key)
     name = f"“{plain(key)}”" if character else plain(glyph.name)
+    return f"{name} in {plain(font.family_name)}{_where(font, axes or {})}"
+
+
+def text_title(text: Text) -> str:
+    """How a figure names a text, and its place, if its letters are at one, off the default."""
+    name = f"“{plain(text.string)}” in {plain(text.font.family_name)}"
+    theta = to_array(text.theta)
+    if (theta != theta[:1]).any():
+        return f"{name}, each letter by itself"
+    users = text.axes if text.shared else text.axes[0]
+    moved = {
+        axis.tag: users[axis.tag] for axis, w in zip(text.font.axes, theta[0], strict=True) if w
+    }
+    return name + _where(text.font, moved)
+
+
+def _where(font: Font, axes: Mapping[str, Any]) -> str:
+    """User values of the axes that are given, as far as these reach."""
     values = [
         f"{axis.tag} {min(max(float(axes[axis.tag]), axis.minimum), axis.maximum):g}"
         for axis in font.axes
-        if axes and axis.tag in axes
+        if axis.tag in axes
     ]
-    where = f" at {plain(', '.join(values))}" if values else ""
-    return f"{name} in {plain(font.family_name)}{where}"
+    return f" at {plain(', '.join(values))}" if values else ""
 
 
 def numbered(sets: Iterable[int], most: int = 4) -> str:
