@@ -9,7 +9,7 @@ import torch
 
 from .table import Printer
 
-NAMES = ("drag", "size", "latency", "study", "reach")
+NAMES = ("drag", "size", "latency", "study", "reach", "raster", "recovery")
 
 
 def main() -> None:

@@ -211,7 +211,8 @@ def part(image: Array, terms: int, dark: bool | None) -> tuple[Levels, Array]:
         out = sign * (values - light[0])
     strength = float(np.quantile(out, 1 - min(0.3 * max(aside.mean(), 1e-3), 0.5)))
     if strength < LEAST_CONTRAST / 2:
-        raise ImageError("The image is uniform: there is no ink in it to match.")
+        kind = "darker" if dark else "lighter"
+        raise ImageError(f"There is no ink in the image that is {kind} than its paper.")
     ink = float(np.median(flat @ light) + sign * strength)
     amount = np.clip(out / strength, 0, 1).reshape(image.shape)
     return Levels(light, ink), np.where(amount > 0.25, amount, 0.0)

@@ -18,6 +18,8 @@ SLOPE = np.array([[1.0], [2], [3]])
 """What the last three of them are multiplied by in a derivative."""
 ROUNDS, MOST_ROUNDS = 5, 60
 """Of Newton's method for all borders' crossings, and for the few that want more."""
+SAME = 1e-11
+"""How near to each other two parameters count as one."""
 ON_BORDER = 1e-11
 """In pixels, how near a border counts as on it."""
 
@@ -86,6 +88,12 @@ def cut(curves: Any, sizes: Sequence[int], images: int, height: int, width: int)
     # A cut at a cubic's very end still comes before the next one's beginning.
     order = sorting(cubic + 0.999999 * start)
     cubic, start = take(cubic, order), take(start, order)
+    # Cuts at one place, such as a turn on a border, are one.
+    again = (start > 0) & ((start - xp.roll(start, 1) < SAME) & (cubic == xp.roll(cubic, 1)))
+    again |= start > 1 - SAME
+    if again.any():
+        distinct = where_true(~again)
+        cubic, start = take(cubic, distinct), take(start, distinct)
 
     first = evaluate(take(curves, cubic), start[:, None])
     ends = xp.ones_like(cubic, dtype=xp.bool)

@@ -80,9 +80,9 @@ def rasterize(
     if transform is not None:
         points = _place(points, transform)
     batch = points.shape[:-3]
-    points = points.reshape(-1, *points.shape[-3:])
     if not sizes:
         return points.new_zeros(*batch, height, width)
+    points = points.reshape(-1, *points.shape[-3:])
     _check_contours(points.detach(), sizes)
     if backend == "diffvg":
         from .diffvg import render
@@ -119,8 +119,9 @@ def image_and_jacobian(
     height, width = _check_size(size)
     points, sizes = _gather(segments)
     tangents = [to_tensor(move) for move in moves]
-    if [tuple(m.shape[:-1]) for m in tangents] != [(s, 4, 2) for s in sizes] or points.ndim != 3:
-        raise ImageError("Each contour (s, 4, 2) needs its moves (s, 4, 2, a).")
+    fitting = [tuple(m.shape[:-1]) for m in tangents] == [(s, 4, 2) for s in sizes]
+    if not sizes or not fitting or len({m.shape[-1] for m in tangents}) > 1 or points.ndim != 3:
+        raise ImageError("Each contour (s, 4, 2) needs its moves (s, 4, 2, a), a alike for all.")
     _check_contours(points[None], sizes)
     image, boundary = _fill(points[None].double(), sizes, height, width)
     jacobian = boundary.derivative(_inner(torch.cat(tangents).double()))
@@ -203,7 +204,10 @@ def _gather(text_or_segments: Text | Contours) -> tuple[Tensor, list[int]]:
         text_or_segments = text_or_segments.segments()
     elif isinstance(text_or_segments, Tensor | np.ndarray):
         raise ImageError("Contours come as a list of (s, 4, 2) arrays, one for each.")
-    contours = [to_tensor(contour) for contour in text_or_segments]
+    try:
+        contours = [to_tensor(contour) for contour in text_or_segments]
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise ImageError(f"Contours are (s, 4, 2) arrays of numbers ({error}).") from None
     contours = [contour for contour in contours if contour.numel()]
     for contour in contours:
         if contour.ndim < 3 or contour.shape[-2:] != (4, 2):
@@ -216,22 +220,28 @@ def _gather(text_or_segments: Text | Contours) -> tuple[Tensor, list[int]]:
 
 
 def _place(points: Tensor, transform: ArrayLike) -> Tensor:
-    placed = to_tensor(transform).to(points)
+    try:
+        placed = to_tensor(transform).to(points)
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise ImageError(f"A transform is a (2, 3) array of numbers ({error}).") from None
     if placed.shape[-2:] != (2, 3):
         raise ImageError(f"A transform is (2, 3), not {tuple(placed.shape)}.")
     linear, shift = placed[..., :2], placed[..., 2]
-    return points @ linear.mT[..., None, :, :] + shift[..., None, None, :]
+    try:
+        return points @ linear.mT[..., None, :, :] + shift[..., None, None, :]
+    except RuntimeError:
+        raise ImageError(
+            f"Transforms {tuple(placed.shape)} do not fit contours of batch "
+            f"{tuple(points.shape[:-3])}."
+        ) from None
 
 
 def _check_contours(points: Tensor, sizes: Sequence[int]) -> None:
     if not bool(torch.isfinite(points).all()):
         raise ImageError("The contours hold NaN or infinity.")
-    first = torch.tensor([sum(sizes[:i]) for i in range(len(sizes))], device=points.device)
-    last = first + torch.tensor(sizes, device=points.device) - 1
-    begins = points[:, :, 0].clone()
-    follower = torch.arange(1, points.shape[1] + 1, device=points.device)
-    follower[last] = first
-    gap = (points[:, :, 3] - begins[:, follower]).abs().max()
-    reach = 1 + points.abs().max()
-    if gap > CLOSED * max(1.0, float(reach) * 1e-3):
+    ends = np.cumsum(sizes)
+    follower = np.arange(1, ends[-1] + 1)
+    follower[ends - 1] = ends - sizes
+    gap = (points[:, :, 3] - points[:, torch.from_numpy(follower), 0]).abs().max()
+    if gap > CLOSED * max(1.0, 1e-3 * float(points.abs().max())):
         raise ImageError(f"Each segment begins where the one before it ends; one is {gap:.3g} off.")

@@ -219,8 +219,9 @@ def _meetings(pieces: Pieces, a: Any, b: Any) -> Meetings:
     partner = xp.where(partner < 0, number, partner)
     cuts = [(pair[through], where[through], xp.stack([place, place])[through], partner[through])]
 
-    # Pieces that coincide are cut at each other's ends.
+    # Pieces that coincide are cut at each other's ends; one that goes straight on does not.
     along = parallel & (abs(beside) <= TOUCH * xp.clip(lengths[0], TOUCH, None))
+    along = along & ~(follows & ((r * s).sum(1) > 0))
     along = where_true(along & (lengths > TOUCH).all(0))
     count = len(cuts[0][0])
     if len(along):
