@@ -9,7 +9,7 @@ import torch
 
 from .table import Printer
 
-NAMES = ("drag", "size", "latency", "study", "reach", "raster", "recovery")
+NAMES = ("drag", "size", "latency", "study", "reach", "raster", "recovery", "catalogue")
 
 
 def main() -> None:

@@ -45,7 +45,7 @@ class Target(Term):
         position = to_array(self.position)
         if position.shape != (2,) or not np.isfinite(position).all():
             raise SolveError(f"A target is a place (x, y), not {self.position!r}.")
-        return replace(self, position=position)
+        return self if position is self.position else replace(self, position=position)
 
     def residual(self, points: Array, theta: Array) -> Array:
         return math.sqrt(self.weight) * (points[0] - self.position)

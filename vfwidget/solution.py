@@ -164,13 +164,8 @@ def solve(
     start = text.coordinates
     lower, upper = text.word.bounds
     kinks = energy.kinks
-    problem = Problem(
-        lower,
-        upper,
-        kinks,
-        scale_by_columns=False,
-        tolerances=Tolerances(step=step_tolerance, gain=GAIN, zero=ZERO_COST),
-    )
+    tolerances = Tolerances(step=step_tolerance, gain=GAIN, zero=ZERO_COST)
+    problem = Problem(lower, upper, kinks, scale_by_columns=False, tolerances=tolerances)
 
     def descend(energy: Energy, x0: Array, history: list[Any]) -> State:
         asking = finish(problem, x0, max_iterations, history)

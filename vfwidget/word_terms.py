@@ -41,7 +41,8 @@ class StayClose(Term):
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
-        return replace(self, theta=text.coordinates if self.theta is None else to_array(self.theta))
+        here = text.coordinates if self.theta is None else to_array(self.theta)
+        return StayClose(self.weight, here)
 
     def residual(self, points: Array, theta: Array) -> Array:
         return math.sqrt(self.weight) * (theta - to_array(self.theta)).ravel()
