@@ -9,7 +9,7 @@ import torch
 
 from .table import Printer
 
-NAMES = ("drag", "size", "latency", "study", "reach", "raster", "recovery", "catalogue")
+NAMES = ("drag", "size", "latency", "study", "reach", "raster", "recovery", "fit", "catalogue")
 
 
 def main() -> None:

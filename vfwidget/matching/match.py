@@ -18,7 +18,7 @@ from .images import part, shrink
 from .scene import Scene, State, middle
 from .start import best_starts, candidates, placements, rank
 
-STAGES = ((48, 6), (96, 3), (192, 1))
+STAGES = ((48, 6), (96, 3))
 """Pixels of the longer side, and how many starts are fitted at them, before the last stage."""
 COARSE_ITERATIONS = 12
 MANY = 6
@@ -113,7 +113,7 @@ def match_text(
 
     last = _factor(size, settings.resolution)
     if settings.options.optimizer == "gauss-newton":
-        for side, count in STAGES:
+        for side, count in STAGES if settings.theta is None else STAGES[:1]:
             factor = _factor(size, side)
             if factor <= last:
                 break
