@@ -9,51 +9,20 @@ zero. Its weight is by how much inside changes across it for each turn the windi
 contour the winding can only change where another contour crosses or touches it, so the pieces
 from one such place to the next, a *run*, have one weight, found at one of them by counting what
 a ray to the left crosses.
-
-A contour can only be crossed in a pixel that both pass through. There the chords of the pieces
-cross as often, modulo two, as the arcs do, for both end on the pixel's border; so the chords
-decide where runs begin, and the arcs where exactly.
 """
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..arrays import count_up, integers, like, namespace, repeat, sorting, sum_at, take, where_true
-from .cuts import SLOPE, Pieces, evaluate, evaluate_slope
+from ..arrays import count_up, integers, namespace, sorting, sum_at, take, where_true
+from .crossings import Split, expand, split
+from .cuts import Pieces
 
 BESIDE = 1e-6
 """In pixels, how far from a piece its sides are looked at."""
-TOUCH = 1e-9
-"""In pixels, how near counts as touching."""
-ROUNDS = 6
-"""Of Newton's method, from where chords cross to where arcs do."""
-CROSSED = 1e-10
-"""In pixels, how near to each other arcs that cross have come then."""
-TRIES = 4
-"""How often crossings that come in a wrong order are taken back."""
 OPEN = 1e-7
 """In pixels, how far from closed the boundary may be along a row."""
-
-
-class Split(NamedTuple):
-    """Pieces cut in two, or more, where others cross or touch them.
-
-    Attributes
-    ----------
-    pieces : Pieces
-    whole : (N,) int array
-        Which of the uncut pieces each was, or was a part of.
-    middle : (N,) array
-        How far along that one's chord its own middle is.
-    breaks : (N,) bool array
-        Whether a run begins with it.
-    """
-
-    pieces: Pieces
-    whole: Any
-    middle: Any
-    breaks: Any
 
 
 def resolve(curves: Any, pieces: Pieces, rows: int, width: int) -> tuple[Pieces, Any]:
@@ -71,13 +40,13 @@ def resolve(curves: Any, pieces: Pieces, rows: int, width: int) -> tuple[Pieces,
     order = sorting(pieces.cell)
     cell = take(pieces.cell, order)
     rays = _Rays(pieces, order, cell // (width + 2), width + 2)
-    split = _split(curves, pieces, _meetings(pieces, *_pairs(pieces, width)))
-    weight = rays.weights(split, split.breaks.cumsum(0) - 1)
-    height = (split.pieces.last - split.pieces.first)[:, 1] * weight
-    if (abs(sum_at(split.pieces.cell // (width + 2), height, rows)) > OPEN).any():
+    parts = split(curves, pieces, width)
+    weight = rays.weights(parts, parts.breaks.cumsum(0) - 1)
+    height = (parts.pieces.last - parts.pieces.first)[:, 1] * weight
+    if (abs(sum_at(parts.pieces.cell // (width + 2), height, rows)) > OPEN).any():
         # Some touch was overlooked: let every piece speak for itself.
-        weight = rays.weights(split, count_up(len(weight), weight))
-    return split.pieces, weight
+        weight = rays.weights(parts, count_up(len(weight), weight))
+    return parts.pieces, weight
 
 
 class _Rays(NamedTuple):
@@ -88,20 +57,20 @@ class _Rays(NamedTuple):
     row: Any
     columns: int
 
-    def weights(self, split: Split, run: Any) -> Any:
+    def weights(self, parts: Split, run: Any) -> Any:
         """The weight of each piece (N,), taken at the steepest piece of its run (N,)."""
         own, xp = self.pieces, namespace(run)
-        steepness = take(abs((own.last - own.first)[:, 1]), split.whole)
+        steepness = take(abs((own.last - own.first)[:, 1]), parts.whole)
         # Within a row a piece climbs no more than 1, so the steepest is the last of its run.
         order = sorting(run + 0.99 * steepness)
         ends = xp.ones_like(order, dtype=xp.bool)
         ends[:-1] = run[1:] != run[:-1]
         chosen = take(order, where_true(ends))
 
-        piece = take(split.whole, chosen)
+        piece = take(parts.whole, chosen)
         first = take(own.first, piece)
         chord = take(own.last, piece) - first
-        place = first + take(split.middle, chosen)[:, None] * chord
+        place = first + take(parts.middle, chosen)[:, None] * chord
         length = xp.hypot(chord[:, 0], chord[:, 1])
         normal = xp.stack([chord[:, 1], -chord[:, 0]], -1)
         normal = normal / xp.where(length > 0, length, 1.0)[:, None]
@@ -120,7 +89,7 @@ class _Rays(NamedTuple):
         xp = namespace(points)
         begin = xp.searchsorted(self.row, rows)
         end = xp.searchsorted(self.row, rows, side="right")
-        ray, met = _expand(begin, end)
+        ray, met = expand(begin, end)
         met = take(self.order, met)
         x, y = take(points, ray).T
         x0, y0 = take(self.pieces.first, met).T
@@ -128,212 +97,3 @@ class _Rays(NamedTuple):
         spans = (y0 <= y) != (y1 <= y)
         crossed = spans & (x0 + (y - y0) * (x1 - x0) / xp.where(spans, y1 - y0, 1.0) < x)
         return sum_at(ray, xp.where(crossed, xp.sign(y1 - y0), 0.0), len(points))
-
-
-def _expand(begin: Any, end: Any) -> tuple[Any, Any]:
-    """All (i, j) with begin[i] ≤ j < end[i]."""
-    count = end - begin
-    i = repeat(count)
-    return i, count_up(len(i), count) - take(count.cumsum(0) - count - begin, i)
-
-
-def _pairs(pieces: Pieces, width: int) -> tuple[Any, Any]:
-    """Pairs of pieces that share a cell; one that lies on a border belongs to both its sides."""
-    xp = namespace(pieces.cell)
-    piece, cell = count_up(len(pieces.cell), pieces.cell), pieces.cell
-    middle = (pieces.first + pieces.last) / 2
-    border = xp.round(middle)
-    reach = xp.maximum(abs(pieces.first - border), abs(pieces.last - border))
-    for axis, step in enumerate((1, width + 2)):
-        on = where_true(reach[:, axis] < TOUCH)
-        if len(on):
-            side = take(middle[:, axis] >= border[:, axis], on)
-            piece = xp.concatenate([piece, on])
-            cell = xp.concatenate([cell, take(pieces.cell, on) + xp.where(side, -step, step)])
-    order = sorting(cell)
-    piece, cell = take(piece, order), take(cell, order)
-    new = xp.ones_like(cell, dtype=xp.bool)
-    new[1:] = cell[1:] != cell[:-1]
-    begin = where_true(new)
-    end = xp.roll(begin, -1)
-    end[-1] = len(cell)
-    shared = where_true(end - begin > 1)
-    end = take(end, shared)
-    group, here = _expand(take(begin, shared), end)
-    first, second = _expand(here + 1, take(end, group))
-    first, second = take(piece, take(here, first)), take(piece, second)
-    return xp.minimum(first, second), xp.maximum(first, second)
-
-
-class Meetings(NamedTuple):
-    """Where chords meet, as seen from each.
-
-    Attributes
-    ----------
-    breaks : (N + 1,) bool array
-        Before which pieces runs have to begin, for they meet others there.
-    cut : (M,) int array
-        A piece to be cut.
-    where : (M,) array
-        How far along its chord, 0 … 1.
-    place : (M, 2) array
-    other : (M,) int array
-        Which other entry is of the same crossing, or the entry's own number.
-    """
-
-    breaks: Any
-    cut: Any
-    where: Any
-    place: Any
-    other: Any
-
-
-def _meetings(pieces: Pieces, a: Any, b: Any) -> Meetings:
-    """Where these pairs meet, but not where one goes on from the other."""
-    xp = namespace(pieces.first)
-    p, q = take(pieces.first, a), take(pieces.first, b)
-    r, s = take(pieces.last, a) - p, take(pieces.last, b) - q
-    lengths = xp.stack([xp.hypot(r[:, 0], r[:, 1]), xp.hypot(s[:, 0], s[:, 1])])
-    across, beside = _cross(r, s), _cross(q - p, r)
-    parallel = abs(across) <= TOUCH * lengths[0] * lengths[1]
-    where = xp.stack([_cross(q - p, s), beside]) / xp.where(parallel, 1.0, across)
-    slack = TOUCH / xp.clip(lengths, TOUCH, None)
-    follows = (b == a + 1) & ~take(pieces.fresh, b)
-    crosses = ((where >= -slack) & (where <= 1 + slack)).all(0) & ~parallel & ~follows
-    crosses = where_true(crosses)
-    pair = xp.stack([take(a, crosses), take(b, crosses)])
-    where, near = where[:, crosses], slack[:, crosses]
-    place = take(p, crosses) + where[0][:, None] * take(r, crosses)
-    at_first, at_last = where <= near, where >= 1 - near
-
-    # One more than there are pieces, for what ends with the last.
-    breaks = xp.concatenate([pieces.fresh, pieces.fresh[:1]])
-    # At a pixel's corner pieces may cross that share no cell.
-    corner = (abs(pieces.first - xp.round(pieces.first)) < TOUCH).all(1)
-    breaks[:-1] |= corner
-    breaks[pair[at_first]] = True
-    breaks[pair[at_last] + 1] = True
-    through = ~(at_first | at_last)
-    number = xp.where(through, through.reshape(-1).cumsum(0).reshape(through.shape) - 1, -1)
-    partner = xp.stack([number[1], number[0]])
-    partner = xp.where(partner < 0, number, partner)
-    cuts = [(pair[through], where[through], xp.stack([place, place])[through], partner[through])]
-
-    # Pieces that coincide are cut at each other's ends; one that goes straight on does not.
-    along = parallel & (abs(beside) <= TOUCH * xp.clip(lengths[0], TOUCH, None))
-    along = along & ~(follows & ((r * s).sum(1) > 0))
-    along = where_true(along & (lengths > TOUCH).all(0))
-    count = len(cuts[0][0])
-    if len(along):
-        ends = [take(v, along) for v in (p, p + r, q, q + s)]
-        for own, base, chord, points in ((a, p, r, ends[2:]), (b, q, s, ends[:2])):
-            own, base, chord = take(own, along), take(base, along), take(chord, along)
-            breaks[own], breaks[own + 1] = True, True
-            square = (chord * chord).sum(1)
-            edge = TOUCH / xp.sqrt(square)
-            for point in points:
-                part = ((point - base) * chord).sum(1) / square
-                inner = where_true((part > edge) & (part < 1 - edge))
-                numbers = count_up(len(inner), inner) + count
-                count += len(inner)
-                cuts.append((take(own, inner), take(part, inner), take(point, inner), numbers))
-    cut, where, place, other = (xp.concatenate(parts) for parts in zip(*cuts, strict=True))
-    return Meetings(breaks, cut, where, place, other)
-
-
-def _cross(a: Any, b: Any) -> Any:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-
-
-def _split(curves: Any, pieces: Pieces, meetings: Meetings) -> Split:
-    xp = namespace(curves)
-    count, breaks = len(pieces.cell), meetings.breaks[:-1]
-    whole = count_up(count, pieces.cell)
-    cut, where = meetings.cut, meetings.where
-    if not len(cut):
-        return Split(pieces, whole, xp.zeros_like(pieces.start) + 0.5, breaks)
-    t, place = _refine(curves, pieces, meetings)
-    order = sorting(cut + 0.999999 * where)
-    cut, where, t, place = (take(values, order) for values in (cut, where, t, place))
-    whole = repeat(integers(1 + sum_at(cut, xp.ones_like(where), count)))
-    here = cut + count_up(len(cut), cut) + 1
-
-    def parted(begin: Any, end: Any, at: Any) -> tuple[Any, Any]:
-        begin, end = take(begin, whole), take(end, whole)
-        begin[here], end[here - 1] = at, at
-        return begin, end
-
-    start, end = parted(pieces.start, pieces.end, t)
-    first, last = parted(pieces.first, pieces.last, place)
-    begin, finish = parted(xp.zeros_like(pieces.start), xp.ones_like(pieces.start), where)
-    breaks = take(breaks, whole)
-    breaks[here] = True
-    cubic, cell = take(pieces.cubic, whole), take(pieces.cell, whole)
-    parts = Pieces(cubic, start, end, first, last, cell, breaks)
-    return Split(parts, whole, (begin + finish) / 2, breaks)
-
-
-def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any]:
-    """Parameters (M,) and places (M, 2) at which arcs meet, from where their chords do.
-
-    Where arcs do not meet in these very pieces, or in another order, the chords' places stay.
-    """
-    xp = namespace(curves)
-    cut, other = meetings.cut, meetings.other
-    own = take(curves, take(pieces.cubic, cut))
-    low, high = take(pieces.start, cut), take(pieces.end, cut)
-    t, place, met = _arcs_cross(own, low, high, meetings)
-    if met.all():
-        beside = t
-    else:
-        beside = _beside(own, low, high, pieces, meetings)
-    order = sorting(cut + 0.999999 * meetings.where)
-    for _ in range(TRIES):
-        settled = xp.where(met, t, beside)
-        in_turn, piece = take(settled, order), take(cut, order)
-        wrong = where_true((piece[1:] == piece[:-1]) & (in_turn[1:] < in_turn[:-1] - TOUCH))
-        if not len(wrong):
-            break
-        spoiled = xp.zeros_like(pieces.fresh)
-        spoiled[take(piece, wrong)] = True
-        met = met & ~take(spoiled, cut)
-        met = met & take(met, other)
-        beside = _beside(own, low, high, pieces, meetings)
-    return settled, xp.where(met[:, None], place, meetings.place)
-
-
-def _arcs_cross(own: Any, low: Any, high: Any, meetings: Meetings) -> tuple[Any, Any, Any]:
-    """Where arcs cross, by Newton's method: t (M,), the place (M, 2), and whether they do."""
-    xp = namespace(own)
-    other, self = meetings.other, count_up(len(low), meetings.other)
-    slopes = own[:, 1:] * like(SLOPE, own)
-    t = low + meetings.where * (high - low)
-    for _ in range(ROUNDS):
-        place = evaluate(own, t[:, None])
-        gap = take(place, other) - place
-        if (abs(gap) < CROSSED).all():
-            break
-        along = evaluate_slope(slopes, t[:, None])
-        across = take(along, other)
-        step = _cross(gap, across) / _cross(along, across)
-        t = xp.clip(t + xp.nan_to_num(step, posinf=0.0, neginf=0.0), low, high)
-    place = evaluate(own, t[:, None])
-    # An entry that has no partner is the end of another piece, and its place is known.
-    met = (abs(take(place, other) - place) < 2 * CROSSED).all(1) & (other != self)
-    # Both of a crossing have one place, so that what is enclosed stays closed.
-    return t, take(place, xp.minimum(other, self)), met
-
-
-def _beside(own: Any, low: Any, high: Any, pieces: Pieces, meetings: Meetings) -> Any:
-    """The t (M,) at which an arc comes as far as its chord does, in the direction it goes most."""
-    xp = namespace(own)
-    chord = take(pieces.last - pieces.first, meetings.cut)
-    wide = (abs(chord[:, 0]) > abs(chord[:, 1]))[:, None]
-    polynomials = xp.where(wide, own[:, :, 0], own[:, :, 1])
-    goal = xp.where(wide[:, 0], meetings.place[:, 0], meetings.place[:, 1])
-    slopes = polynomials[:, 1:] * like(SLOPE[:, 0], own)
-    t = low + meetings.where * (high - low)
-    for _ in range(ROUNDS):
-        step = (goal - evaluate(polynomials, t)) / evaluate_slope(slopes, t)
-        t = xp.clip(t + xp.nan_to_num(step, posinf=0.0, neginf=0.0), low, high)
-    return t
