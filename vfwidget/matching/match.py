@@ -78,6 +78,7 @@ class Outcome:
     deviation : (parameters, n) array
         Standard deviation of Θ; infinite where the picture does not show an axis.
     history : list of (Θ, loss)
+        After each step of the last stage, the start included.
     iterations : int
         Of the last stage.
     converged : bool
@@ -109,41 +110,49 @@ def match_text(
     coarse = _factor(size, STAGES[0][0])
     progress("sweep")
     _, starts = _sweep(text, image, coarse, settings)
-    history: list[tuple[Array, float]] = []
-
     last = _factor(size, settings.resolution)
+    best = starts[0]
     if settings.options.optimizer == "gauss-newton":
-        for side, count in STAGES if settings.theta is None else STAGES[:1]:
-            factor = _factor(size, side)
-            if factor <= last:
-                break
-            progress(f"{side} pixels")
-            small = shrink(image, factor)
-            scene = Scene(text, size, factor)
-            fits = [
-                fit(Problem(scene, small, start, settings.options), COARSE_ITERATIONS)
-                for start in starts[:count]
-            ]
-            fits.sort(key=lambda one: one.loss)
-            starts = [one.state for one in fits]
-            history.append(fits[0].history[-1])
-            if watch is not None:
-                watch(*history[-1])
-        if settings.theta is None and _felt(text).sum() >= MANY:
-            progress("hops")
-            starts = [_hop(text, image, starts[0], settings.options)]
+        best = _coarse(text, image, starts, last, settings, progress, watch)
     progress("full size")
-    problem = Problem(Scene(text, size, last), shrink(image, last), starts[0], settings.options)
+    problem = Problem(Scene(text, size, last), shrink(image, last), best, settings.options)
     found = fit(problem, settings.max_iterations, watch)
     return Outcome(
         state=found.state,
         loss=found.loss,
         score=_score(Scene(text, size, coarse), shrink(image, coarse), found.state),
         deviation=_deviation(found),
-        history=history + found.history,
+        history=found.history,
         iterations=found.iterations,
         converged=found.converged,
     )
+
+
+def _coarse(
+    text: Text,
+    image: Array,
+    starts: list[State],
+    last: int,
+    settings: Settings,
+    progress: Progress,
+    watch: Watch | None,
+) -> State:
+    """The best of several starts, each fitted to smaller pictures first."""
+    for side, count in STAGES if settings.theta is None else STAGES[:1]:
+        factor = max(last, _factor(image.shape, side))
+        progress(f"{side} pixels")
+        scene, small = Scene(text, image.shape, factor), shrink(image, factor)
+        fits = [
+            fit(Problem(scene, small, start, settings.options), COARSE_ITERATIONS, watch)
+            for start in starts[:count]
+        ]
+        starts = [one.state for one in sorted(fits, key=lambda one: one.loss)]
+        if factor == last:
+            break
+    if settings.theta is None and _felt(text).sum() >= MANY:
+        progress("hops")
+        return _hop(text, image, starts[0], settings.options)
+    return starts[0]
 
 
 def _felt(text: Text) -> BoolArray:
@@ -194,10 +203,23 @@ def _sweep(text: Text, image: Array, factor: int, settings: Settings) -> tuple[f
 
 
 def _score(scene: Scene, image: Array, state: State) -> float:
-    """1 less the share of the ink's squares that is left."""
-    left = scene.image(state) - image
-    light = scene.paper(state) - image
-    return 1 - float((left * left).sum()) / max(float((light * light).sum()), 1e-12)
+    """1 less the share of the ink's squares that is left.
+
+    The mean of that over the picture and of that around the text, so that a stain far off counts
+    for half, and letters that the text leaves out still count.
+    """
+    left, ink = (scene.image(state) - image) ** 2, (scene.paper(state) - image) ** 2
+    covered = scene.coverage(state.theta[None], state.placement[None])[0] > 0.5
+    near = np.zeros(image.shape, dtype=bool)
+    if covered.any():
+        rows, columns = (np.flatnonzero(covered.any(side)) for side in (1, 0))
+        margin = 1 + (rows[-1] - rows[0]) // 8
+        near[
+            max(0, rows[0] - margin) : rows[-1] + margin + 1,
+            max(0, columns[0] - margin) : columns[-1] + margin + 1,
+        ] = True
+    shares = [left[part].sum() / max(ink[part].sum(), 1e-12) for part in (near, near | True)]
+    return 1 - float(np.mean(shares))
 
 
 def _deviation(found: Fit) -> Array:

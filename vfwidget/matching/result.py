@@ -68,7 +68,7 @@ class Match:
 
     @property
     def history(self) -> list[tuple[Array, float]]:
-        """(Θ, loss) after each step; the first few at coarse resolutions."""
+        """(Θ, loss) after each step at the last resolution."""
         return self.outcome.history
 
     @property
