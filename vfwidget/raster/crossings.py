@@ -3,7 +3,8 @@ r"""Where contours cross or touch, and pieces cut there.
 A contour can only be crossed in a pixel that both pass through. There the chords of the pieces
 cross as often, modulo two, as the arcs do, for both end on the pixel's border; so the chords
 decide what crosses what, and the arcs where exactly. Where arcs cross in other pieces than their
-chords do, which takes a loop or a gap smaller than a pixel, the chords' crossing stands in.
+chords do, which takes a loop or a gap smaller than a pixel, they are halved; after a few times the
+chords' crossing stands in.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ ROUNDS = 6
 """Of Newton's method, from where chords cross to where arcs do."""
 CROSSED = 1e-10
 """In pixels, how near to each other arcs that cross have come then."""
+HALVINGS = 4
+"""How often pieces are halved whose chords cross but whose arcs do not."""
 TRIES = 4
 """How often crossings that come in a wrong order are taken back."""
 
@@ -43,7 +46,7 @@ class Split(NamedTuple):
     breaks: Any
 
 
-def split(curves: Any, pieces: Pieces, width: int) -> Split:
+def split(curves: Any, pieces: Pieces, width: int) -> tuple[Pieces, Split]:
     """Cut pieces where others cross or touch them.
 
     Parameters
@@ -52,8 +55,28 @@ def split(curves: Any, pieces: Pieces, width: int) -> Split:
     pieces : Pieces
     width : int
         Columns of an image.
+
+    Returns
+    -------
+    pieces : Pieces
+        The pieces that were cut, some of them halved beforehand.
+    split : Split
     """
-    return _split(curves, pieces, _meetings(pieces, *_pairs(pieces, width)))
+    for rounds in range(HALVINGS + 1):
+        meetings = _meetings(pieces, *_pairs(pieces, width))
+        if not len(meetings.cut):
+            break
+        t, place, apart = _refine(curves, pieces, meetings)
+        if rounds == HALVINGS or not apart.any():
+            return pieces, _split(curves, pieces, meetings, t, place)
+        # Chords crossed where their arcs do not: shorter ones are nearer to them.
+        halved = where_true(apart)
+        t = (take(pieces.start, halved) + take(pieces.end, halved)) / 2
+        place = evaluate(take(curves, take(pieces.cubic, halved)), t[:, None])
+        pieces, _, _ = _cut_at(pieces, halved, t, place)
+    count = len(pieces.cell)
+    middle = namespace(curves).zeros_like(pieces.start) + 0.5
+    return pieces, Split(pieces, count_up(count, pieces.cell), middle, meetings.breaks[:-1])
 
 
 def expand(begin: Any, end: Any) -> tuple[Any, Any]:
@@ -171,38 +194,42 @@ def _cross(a: Any, b: Any) -> Any:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
-def _split(curves: Any, pieces: Pieces, meetings: Meetings) -> Split:
+def _split(curves: Any, pieces: Pieces, meetings: Meetings, t: Any, place: Any) -> Split:
     xp = namespace(curves)
-    count, breaks = len(pieces.cell), meetings.breaks[:-1]
-    whole = count_up(count, pieces.cell)
-    cut, where = meetings.cut, meetings.where
-    if not len(cut):
-        return Split(pieces, whole, xp.zeros_like(pieces.start) + 0.5, breaks)
-    t, place = _refine(curves, pieces, meetings)
-    order = sorting(cut + 0.999999 * where)
-    cut, where, t, place = (take(values, order) for values in (cut, where, t, place))
-    whole = repeat(integers(1 + sum_at(cut, xp.ones_like(where), count)))
-    here = cut + count_up(len(cut), cut) + 1
-
-    def parted(begin: Any, end: Any, at: Any) -> tuple[Any, Any]:
-        begin, end = take(begin, whole), take(end, whole)
-        begin[here], end[here - 1] = at, at
-        return begin, end
-
-    start, end = parted(pieces.start, pieces.end, t)
-    first, last = parted(pieces.first, pieces.last, place)
-    begin, finish = parted(xp.zeros_like(pieces.start), xp.ones_like(pieces.start), where)
-    breaks = take(breaks, whole)
+    order = sorting(meetings.cut + 0.999999 * meetings.where)
+    where = take(meetings.where, order)
+    cut, t, place = (take(values, order) for values in (meetings.cut, t, place))
+    parts, whole, here = _cut_at(pieces, cut, t, place)
+    zero = xp.zeros_like(pieces.start)
+    begin, finish = _parted(zero, zero + 1, whole, here, where)
+    breaks = take(meetings.breaks, whole)
     breaks[here] = True
-    cubic, cell = take(pieces.cubic, whole), take(pieces.cell, whole)
-    parts = Pieces(cubic, start, end, first, last, cell, breaks)
     return Split(parts, whole, (begin + finish) / 2, breaks)
 
 
-def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any]:
+def _cut_at(pieces: Pieces, cut: Any, t: Any, place: Any) -> tuple[Pieces, Any, Any]:
+    """Pieces cut, in order, at some t and place; which each was part of; which begin at a cut."""
+    parts = 1 + sum_at(cut, namespace(t).ones_like(t), len(pieces.cell))
+    whole, here = repeat(integers(parts)), cut + count_up(len(cut), cut) + 1
+    start, end = _parted(pieces.start, pieces.end, whole, here, t)
+    first, last = _parted(pieces.first, pieces.last, whole, here, place)
+    fresh = take(pieces.fresh, whole)
+    fresh[here] = False
+    cubic, cell = take(pieces.cubic, whole), take(pieces.cell, whole)
+    return Pieces(cubic, start, end, first, last, cell, fresh), whole, here
+
+
+def _parted(begin: Any, end: Any, whole: Any, here: Any, at: Any) -> tuple[Any, Any]:
+    begin, end = take(begin, whole), take(end, whole)
+    begin[here], end[here - 1] = at, at
+    return begin, end
+
+
+def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any, Any]:
     """Parameters (M,) and places (M, 2) at which arcs meet, from where their chords do.
 
-    Where arcs do not meet in these very pieces, or in another order, the chords' places stay.
+    Where arcs do not meet in these very pieces, or in another order, the chords' places stay;
+    and which pieces (N,) those are.
     """
     xp = namespace(curves)
     cut, other = meetings.cut, meetings.other
@@ -225,7 +252,9 @@ def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any]:
         met = met & ~take(spoiled, cut)
         met = met & take(met, other)
         beside = _beside(own, low, high, pieces, meetings)
-    return settled, xp.where(met[:, None], place, meetings.place)
+    apart = xp.zeros_like(pieces.fresh)
+    apart[take(cut, where_true(~met & (other != count_up(len(cut), cut))))] = True
+    return settled, xp.where(met[:, None], place, meetings.place), apart
 
 
 def _arcs_cross(own: Any, low: Any, high: Any, meetings: Meetings) -> tuple[Any, Any, Any]:

@@ -37,10 +37,9 @@ def resolve(curves: Any, pieces: Pieces, rows: int, width: int) -> tuple[Pieces,
     """
     if not len(pieces.cell):
         return pieces, pieces.start
+    pieces, parts = split(curves, pieces, width)
     order = sorting(pieces.cell)
-    cell = take(pieces.cell, order)
-    rays = _Rays(pieces, order, cell // (width + 2), width + 2)
-    parts = split(curves, pieces, width)
+    rays = _Rays(pieces, order, take(pieces.cell, order) // (width + 2), width + 2)
     weight = rays.weights(parts, parts.breaks.cumsum(0) - 1)
     height = (parts.pieces.last - parts.pieces.first)[:, 1] * weight
     if (abs(sum_at(parts.pieces.cell // (width + 2), height, rows)) > OPEN).any():
