@@ -128,6 +128,8 @@ def match(
         raise ImageError("Give a font, or several as fonts=[…].")
     if fit is None:
         fit = FITTED if placement is None else ("blur", "light")
+    if isinstance(fit, str) or not isinstance(fit, Sequence):
+        raise ImageError(f"fit is a sequence of names of {', '.join(FITTED)}, not {fit!r}.")
     options = Options(tuple(fit), optimizer, loss)
     settings = Settings(
         options=options,
@@ -137,12 +139,12 @@ def match(
         dark={"auto": None, "dark": True, "light": False}[
             _one_of(ink, ("auto", "dark", "light"), "ink")
         ],
-        resolution=max(int(resolution), LEAST_SIDE),
-        max_iterations=ITERATIONS[optimizer] if max_iterations is None else max_iterations,
+        resolution=_at_least(LEAST_SIDE, resolution, "resolution"),
+        max_iterations=_at_least(
+            0, ITERATIONS[optimizer] if max_iterations is None else max_iterations, "max_iterations"
+        ),
     )
-    request = Request(
-        text, shared, axes, None if placement is None else to_array(placement), settings
-    )
+    request = Request(text, shared, axes, _matrix(placement), settings)
     if fonts is not None:
         return match_fonts(values, fonts, request, executor, progress)
     own = request.text(load_font(font))
@@ -155,6 +157,19 @@ def match(
 
         outcome = match_text(own, values, request.settings_for(own), advance, shown)
     return Match(own.moved(outcome.state.theta), values, outcome)
+
+
+def _matrix(placement: ArrayLike | None) -> Array | None:
+    try:
+        return None if placement is None else to_array(placement)
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise ImageError(f"A placement is a (2, 3) array of numbers ({error}).") from None
+
+
+def _at_least(least: int, value: int, what: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise ImageError(f"{what} is a whole number from {least} on, not {value!r}.")
+    return value
 
 
 def _one_of(value: str, names: Sequence[str], what: str) -> str:

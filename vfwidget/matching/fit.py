@@ -127,7 +127,7 @@ class Fit:
         The mean cost of a pixel.
     iterations : int
     converged : bool
-    history : list of (Θ, loss)
+    path : list of State
         After every step, the start included.
     """
 
@@ -136,7 +136,7 @@ class Fit:
     loss: float
     iterations: int
     converged: bool
-    history: list[tuple[Array, float]]
+    path: list[State]
 
 
 def fit(problem: Problem, max_iterations: int, watch: Watch | None = None) -> Fit:
@@ -172,10 +172,9 @@ def _gauss_newton(problem: Problem, max_iterations: int, watch: Watch | None) ->
         gain_tolerance=1e-9 * len(problem.target.ravel()) * problem.scale**2,
         gradient_tolerance=1e-7,
     )
-    size = problem.target.size
-    history = [(problem.state(x).theta, float(cost) / size) for x, cost in found.history]
-    state = problem.state(found.x)
-    return Fit(problem, state, history[-1][1], found.iterations, found.converged, history)
+    path = [problem.state(x) for x, _ in found.history]
+    loss = float(found.cost) / problem.target.size
+    return Fit(problem, problem.state(found.x), loss, found.iterations, found.converged, path)
 
 
 def _adam(problem: Problem, max_iterations: int, watch: Watch | None) -> Fit:
@@ -186,14 +185,14 @@ def _adam(problem: Problem, max_iterations: int, watch: Watch | None) -> Fit:
     x = torch.tensor(problem.x0 / unit)
     optimizer = torch.optim.Adam([x], lr=LEARNING_RATE)
     best, best_loss = problem.x0, np.inf
-    history = []
+    path = []
     for _ in range(max_iterations + 1):
         here = x.numpy() * unit
         values = problem.residual(here)
         loss = problem.loss(values)
-        history.append((problem.state(here).theta, loss))
+        path.append(problem.state(here))
         if watch is not None:
-            watch(*history[-1])
+            watch(path[-1].theta, loss)
         if loss < best_loss:
             best, best_loss = here.copy(), loss
         values, jacobian = rescale(
@@ -202,7 +201,7 @@ def _adam(problem: Problem, max_iterations: int, watch: Watch | None) -> Fit:
         x.grad = torch.from_numpy(2 * (values @ jacobian) * unit / len(values))
         optimizer.step()
         np.clip(x.numpy(), problem.lower / unit, problem.upper / unit, out=x.numpy())
-    return Fit(problem, problem.state(best), best_loss, max_iterations, True, history)
+    return Fit(problem, problem.state(best), best_loss, max_iterations, True, path)
 
 
 def deviations(problem: Problem, state: State, noise: float) -> Array:

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, BoolArray
+from ..arrays import Array
 from ..errors import ImageError
 from ..font import Font
 from ..text import Text
 from .fit import Fit, Options, Problem, Watch, deviations, fit
 from .images import part, shrink
 from .scene import Scene, State, middle
-from .start import best_starts, candidates, placements, rank
+from .start import best_starts, candidates, felt, placements, rank
 
 STAGES = ((48, 6), (96, 3))
 """Pixels of the longer side, and how many starts are fitted at them, before the last stage."""
@@ -77,8 +77,10 @@ class Outcome:
         Share of the ink, seen from afar, that the fitted picture explains: 1 is all.
     deviation : (parameters, n) array
         Standard deviation of Θ; infinite where the picture does not show an axis.
-    history : list of (Θ, loss)
-        After each step of the last stage, the start included.
+    path : list of State
+        From the start, after each step of every stage.
+    measure : (factor, name, scale)
+        Of the last stage: its pixels in full ones, and its robust loss.
     iterations : int
         Of the last stage.
     converged : bool
@@ -88,7 +90,8 @@ class Outcome:
     loss: float
     score: float
     deviation: Array
-    history: list[tuple[Array, float]]
+    path: list[State]
+    measure: tuple[int, str, float]
     iterations: int
     converged: bool
 
@@ -111,18 +114,19 @@ def match_text(
     progress("sweep")
     _, starts = _sweep(text, image, coarse, settings)
     last = _factor(size, settings.resolution)
-    best = starts[0]
+    path = starts[:1]
     if settings.options.optimizer == "gauss-newton":
-        best = _coarse(text, image, starts, last, settings, progress, watch)
+        path = _coarse(text, image, starts, last, settings, progress, watch)
     progress("full size")
-    problem = Problem(Scene(text, size, last), shrink(image, last), best, settings.options)
+    problem = Problem(Scene(text, size, last), shrink(image, last), path[-1], settings.options)
     found = fit(problem, settings.max_iterations, watch)
     return Outcome(
         state=found.state,
         loss=found.loss,
         score=_score(Scene(text, size, coarse), shrink(image, coarse), found.state),
         deviation=_deviation(found),
-        history=found.history,
+        path=path[:-1] + found.path,
+        measure=(last, settings.options.loss, problem.scale),
         iterations=found.iterations,
         converged=found.converged,
     )
@@ -136,28 +140,25 @@ def _coarse(
     settings: Settings,
     progress: Progress,
     watch: Watch | None,
-) -> State:
-    """The best of several starts, each fitted to smaller pictures first."""
+) -> list[State]:
+    """The path of the best of several starts, each fitted to smaller pictures first."""
+    paths = [[start] for start in starts]
     for side, count in STAGES if settings.theta is None else STAGES[:1]:
         factor = max(last, _factor(image.shape, side))
         progress(f"{side} pixels")
         scene, small = Scene(text, image.shape, factor), shrink(image, factor)
         fits = [
-            fit(Problem(scene, small, start, settings.options), COARSE_ITERATIONS, watch)
-            for start in starts[:count]
+            (path, fit(Problem(scene, small, path[-1], settings.options), COARSE_ITERATIONS, watch))
+            for path in paths[:count]
         ]
-        starts = [one.state for one in sorted(fits, key=lambda one: one.loss)]
+        fits.sort(key=lambda one: one[1].loss)
+        paths = [path[:-1] + found.path for path, found in fits]
         if factor == last:
             break
-    if settings.theta is None and _felt(text).sum() >= MANY:
+    if settings.theta is None and felt(text).any(0).sum() >= MANY:
         progress("hops")
-        return _hop(text, image, starts[0], settings.options)
-    return starts[0]
-
-
-def _felt(text: Text) -> BoolArray:
-    """Which axes move anything of the text, (n,)."""
-    return np.array([len(breakpoints) > 0 for breakpoints in text.breakpoints])
+        return [*paths[0], _hop(text, image, paths[0][-1], settings.options)]
+    return paths[0]
 
 
 def _hop(text: Text, image: Array, best: State, options: Options) -> State:
@@ -169,13 +170,13 @@ def _hop(text: Text, image: Array, best: State, options: Options) -> State:
     factor = _factor(image.shape, HOP_SIDE)
     scene, small = Scene(text, image.shape, factor), shrink(image, factor)
     lower, upper = text.font.bounds
-    chance, felt = np.random.default_rng(0), _felt(text)
+    chance, movable = np.random.default_rng(0), felt(text)
     found = fit(Problem(scene, small, best, options), HOP_ITERATIONS)
     for _ in range(HOPS):
         if found.loss < PERFECT:
             break
         theta = found.state.theta
-        anew = felt & (chance.random(theta.shape) < 0.5)
+        anew = movable & (chance.random(theta.shape) < 0.5)
         start = replace(found.state, theta=np.where(anew, chance.uniform(lower, upper), theta))
         other = fit(Problem(scene, small, start, options), HOP_ITERATIONS)
         if other.loss < BETTER * found.loss:

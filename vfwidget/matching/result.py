@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array, to_tensor
+from ..loss import robust_cost
 from ..text import Text
+from .images import shrink
 from .match import Outcome
-from .scene import Scene
+from .scene import Scene, State
 
 if TYPE_CHECKING:
     import torch
@@ -66,10 +68,21 @@ class Match:
         """``"matched"`` or, where too much of the picture is unlike the text, ``"poor"``."""
         return "matched" if self.score >= GOOD else "poor"
 
-    @property
+    @cached_property
     def history(self) -> list[tuple[Array, float]]:
-        """(Θ, loss) after each step at the last resolution."""
-        return self.outcome.history
+        """(Θ, loss) at the start and after each step, coarse ones included.
+
+        All losses are those of the last resolution.
+        """
+        factor, loss, scale = self.outcome.measure
+        height, width = self.target.shape
+        scene, target = Scene(self.text, (height, width), factor), shrink(self.target, factor)
+
+        def mean_cost(state: State) -> float:
+            residual = (scene.image(state) - target).ravel()
+            return float(robust_cost(residual, loss, scale)) / len(residual)
+
+        return [(state.theta, mean_cost(state)) for state in self.outcome.path]
 
     @property
     def placement(self) -> torch.Tensor:

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..arrays import Array, BoolArray
 from ..bezier import segment_indices
+from ..errors import ImageError
 from ..raster.coverage import Boundary, fill
 from ..text import Text
 from .images import basis
@@ -74,6 +75,11 @@ class Scene:
         Of the picture at full resolution.
     factor : int
         How many pixels of that make one here, in x and in y.
+
+    Raises
+    ------
+    ImageError
+        The text has no outline.
     """
 
     def __init__(self, text: Text, size: tuple[int, int], factor: int = 1) -> None:
@@ -82,6 +88,8 @@ class Scene:
         self.shape = -(-height // factor), -(-width // factor)
         self._outline = text.point_set()
         contours = [s for glyph in text.glyphs for s in glyph.contours]
+        if not contours:
+            raise ImageError(f"There is no ink to match: {text.string!r} is blank.")
         self._sizes = contours
         self._indices = np.concatenate(segment_indices(contours))
         self.centre = middle(text)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, BoolArray
 from ..errors import ImageError
 from ..text import Text
 from .images import basis
@@ -29,10 +29,18 @@ def candidates(text: Text) -> Array:
     named = [text.font.normalize(dict(i.axes)).numpy() for i in text.font.instances]
     first = np.stack([np.zeros_like(lower), *named])[: SWEEP // 3]
     spread = lower + (upper - lower) * _spread(SWEEP - len(first), len(lower))
-    # An axis that moves nothing here stays at its default.
-    felt = np.array([len(breakpoints) > 0 for breakpoints in text.breakpoints])
-    places = np.concatenate([first, spread]) * felt
-    return np.broadcast_to(places[:, None], (len(places), text.word.parameters, len(lower))).copy()
+    # An axis that moves nothing of a letter stays at its default there.
+    return np.concatenate([first, spread])[:, None] * felt(text)
+
+
+def felt(text: Text) -> BoolArray:
+    """Which axes move anything, (parameters, n)."""
+    word = text.word
+    used = np.zeros((len(word.glyphs), len(word.regions.support)), dtype=bool)
+    for letter, own in enumerate(zip(word.outline_regions, word.advance_regions, strict=True)):
+        used[letter, np.concatenate(own)] = True
+    by_letter = (used @ word.regions.one_hot.any(1)) > 0
+    return by_letter.any(0, keepdims=True) if text.shared else by_letter
 
 
 def _spread(count: int, dimensions: int) -> Array:
