@@ -19,6 +19,10 @@ const fonts = {
   "shantell-sans": "full",
 };
 
+// A static font, whose letters a notebook matches; in a folder of its own, so that it is no
+// bundled variable font.
+const staticFont = "gfs-didot";
+
 async function bundle(entry) {
   const { outputFiles } = await build({
     entryPoints: [join(here, "src", entry)],
@@ -46,17 +50,25 @@ if (js.length >= maxBundleBytes) {
   throw new Error(`editor.js has ${js.length} bytes; it must stay under ${maxBundleBytes}`);
 }
 
+async function copyFont(source, file, folder, name) {
+  await copyFile(join(source, "files", file), join(folder, `${name}.woff2`));
+  await copyFile(join(source, "LICENSE"), join(folder, `${name}-LICENSE.txt`));
+}
+
+const packages = join(here, "node_modules");
 const fontFolder = await emptyFolder("fonts");
 for (const [name, set] of Object.entries(fonts)) {
-  const source = join(here, "node_modules", "@fontsource-variable", name);
-  await copyFile(
-    join(source, "files", `${name}-latin-${set}-normal.woff2`),
-    join(fontFolder, `${name}.woff2`),
-  );
-  await copyFile(join(source, "LICENSE"), join(fontFolder, `${name}-LICENSE.txt`));
+  const source = join(packages, "@fontsource-variable", name);
+  await copyFont(source, `${name}-latin-${set}-normal.woff2`, fontFolder, name);
 }
+await copyFont(
+  join(packages, "@fontsource", staticFont),
+  `${staticFont}-latin-400-normal.woff2`,
+  await emptyFolder(join("fonts", "static")),
+  staticFont,
+);
 
 const staticFolder = await emptyFolder("static");
 await writeFile(join(staticFolder, "editor.js"), js);
 await writeFile(join(staticFolder, "editor.css"), css);
-console.log(`editor.js ${js.length} bytes, editor.css ${css.length} bytes, 5 fonts`);
+console.log(`editor.js ${js.length} bytes, editor.css ${css.length} bytes, 6 fonts`);

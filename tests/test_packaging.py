@@ -20,6 +20,8 @@ from fontTools.ttLib import TTFont
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+import vfwidget as vf
+
 if sys.version_info >= (3, 11):
     import tomllib
 else:
@@ -36,11 +38,12 @@ FONTS = {
     ],
     "shantell-sans": ["wght", "INFM", "BNCE", "SPAC"],
 }
+STATIC_FONT = "static/gfs-didot"
 BUILT_FILES = {
     "static/editor.js",
     "static/editor.css",
-    *(f"fonts/{name}.woff2" for name in FONTS),
-    *(f"fonts/{name}-LICENSE.txt" for name in FONTS),
+    *(f"fonts/{name}.woff2" for name in (*FONTS, STATIC_FONT)),
+    *(f"fonts/{name}-LICENSE.txt" for name in (*FONTS, STATIC_FONT)),
 }
 MAX_BUNDLE_BYTES = 60_000
 INSTALL = "python3 -m venv .venv && .venv/bin/pip install torch==2.13.0 && .venv/bin/pip install"
@@ -88,10 +91,21 @@ def test_each_font_ships_with_all_its_axes_and_its_licence(name):
     assert holder and holder[0] in read("THIRD-PARTY.md")
 
 
+def test_the_static_font_ships_with_its_licence_and_is_no_bundled_variable_font():
+    folder = importlib.resources.files("vfwidget") / "fonts"
+    font = TTFont(BytesIO((folder / f"{STATIC_FONT}.woff2").read_bytes()))
+    assert "fvar" not in font and ord("V") in font.getBestCmap()
+    licence = (folder / f"{STATIC_FONT}-LICENSE.txt").read_text(encoding="utf-8")
+    assert "SIL Open Font License, Version 1.1" in licence
+    holder = re.match(r"Copyright \(c\) .*?, \d{4}\.", licence)
+    assert holder and holder[0] in read("THIRD-PARTY.md")
+    assert vf.bundled_fonts() == tuple(FONTS)
+
+
 def test_nothing_unlisted_is_built_into_the_package():
-    package = importlib.resources.files("vfwidget")
-    found = {f"{d}/{f.name}" for d in ("static", "fonts") for f in (package / d).iterdir()}
-    assert found == BUILT_FILES
+    package = Path(str(importlib.resources.files("vfwidget")))
+    files = [f for d in ("static", "fonts") for f in (package / d).rglob("*") if f.is_file()]
+    assert {f.relative_to(package).as_posix() for f in files} == BUILT_FILES
 
 
 def test_the_bundle_is_small_enough_to_be_stored_with_every_widget():

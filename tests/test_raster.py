@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -28,7 +29,8 @@ FEW, FAR = 2, 0.3
 """Pixels, and how far off, where a contour has loops smaller than a pixel: arcs may then cross
 elsewhere than their chords."""
 STEP = 1e-6
-REFERENCE = Path(__file__).parents[2] / "shared/reference/diffvg_ref.npz"
+REFERENCE = Path(os.environ.get("VFWIDGET_DIFFVG_IMAGES", "unset"))
+"""An archive of outlines and of what diffvg makes of them."""
 
 wild = st.floats(-4, 18, allow_nan=False).map(lambda x: round(x, 3))
 halves = st.integers(-6, 34).map(lambda i: i / 2)
@@ -540,6 +542,29 @@ def test_backward_forward_and_jacobian_agree(segments, seed):
         assert got == pytest.approx((weight * jacobian[..., i].numpy()).sum(), rel=0, abs=1e-10)
 
 
+@pytest.mark.filterwarnings("ignore:.*torch.jit:DeprecationWarning")
+def test_torch_func():
+    text = vf.Text("recursive", "a", axes={"wght": 600, "CASL": 0.4, "slnt": -7})
+    placement, theta = frame(text, (24, 24)), text.theta
+
+    def image(theta):
+        return vf.rasterize(text.segments(theta), (24, 24), placement)
+
+    jacobian = torch.func.jacfwd(image)(theta)
+    assert jacobian.shape == (24, 24, *theta.shape)
+    for axis in range(theta.shape[1]):
+        along = torch.zeros_like(theta)
+        along[0, axis] = 1
+        _, tangent = torch.func.jvp(image, (theta,), (along,))
+        torch.testing.assert_close(jacobian[..., 0, axis], tangent, rtol=0, atol=1e-12)
+    slope = torch.func.grad(lambda theta: (image(theta) ** 2).sum())(theta)
+    want = 2 * torch.einsum("hw,hwij->ij", image(theta), jacobian)
+    torch.testing.assert_close(slope, want, rtol=0, atol=1e-9)
+    thetas = torch.stack([theta, 0.5 * theta])
+    images = torch.func.vmap(image)(thetas)
+    torch.testing.assert_close(images[1], image(thetas[1]), rtol=0, atol=1e-12)
+
+
 def test_gradcheck():
     pair, _ = crossing()
     # A contour must stay closed as its points are moved one by one.
@@ -741,7 +766,7 @@ def test_diffvg_takes_batches_and_transforms():
         np.testing.assert_allclose(got, want, rtol=0, atol=1e-6)
 
 
-@pytest.mark.skipif(not REFERENCE.exists(), reason="needs the reference images beside the checkout")
+@pytest.mark.skipif(not REFERENCE.exists(), reason="VFWIDGET_DIFFVG_IMAGES names no file")
 def test_reference_images():
     data = np.load(REFERENCE)
     for name in data["names"]:

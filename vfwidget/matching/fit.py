@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array, BoolArray
 from ..errors import ImageError
 from ..least_squares import least_squares
-from ..loss import LOSSES, rescale, robust_cost
+from ..loss import LOSSES, rescale, rho, robust_cost
 from .scene import PLACEMENT, Scene, State
 
 FITTED = (*PLACEMENT, "blur", "light")
@@ -22,6 +22,9 @@ LOSS_SCALE = 0.1
 """Residuals from this share of the contrast on count as outliers."""
 MOST_TURN, MOST_BLUR = 0.6, 0.05
 """Radians; and a standard deviation, as a share of the picture's longer side."""
+LEAST_NOISE = 0.5 / 255
+"""A pixel's standard deviation: levels are written in steps of 1 / 255."""
+NUDGE = 1e-6
 NULL, TAKES_PART = 1e-10, 1e-3
 """Relative to the greatest, an eigenvalue that is none; and a share in its vector that counts."""
 
@@ -195,32 +198,33 @@ def _adam(problem: Problem, max_iterations: int, watch: Watch | None) -> Fit:
             watch(path[-1].theta, loss)
         if loss < best_loss:
             best, best_loss = here.copy(), loss
-        values, jacobian = rescale(
-            values, problem.jacobian(here), problem.options.loss, problem.scale
-        )
+        # An axis that only falls has no slope on its default, where it starts: one beside it.
+        beside = np.clip(here, problem.lower + NUDGE, problem.upper - NUDGE)
+        jacobian = problem.jacobian(beside)
+        values, jacobian = rescale(values, jacobian, problem.options.loss, problem.scale)
         x.grad = torch.from_numpy(2 * (values @ jacobian) * unit / len(values))
         optimizer.step()
         np.clip(x.numpy(), problem.lower / unit, problem.upper / unit, out=x.numpy())
     return Fit(problem, problem.state(best), best_loss, max_iterations, True, path)
 
 
-def deviations(problem: Problem, state: State, noise: float) -> Array:
+def deviations(problem: Problem, state: State) -> Array:
     """Standard deviation of every free variable, (f,), from the Jacobian; infinite if unseen.
-
-    Parameters
-    ----------
-    noise : float
-        Standard deviation of a pixel.
 
     Notes
     -----
     The square root of the diagonal of σ² (JᵀJ)⁻¹. What no pixel shows, alone or along with
-    others, lies in the null space of J and is infinite.
+    others, lies in the null space of J and is infinite. σ is that of the pixels that tell
+    anything, by how much they do: on blank paper noise may be cut off at white.
     """
-    jacobian = problem.jacobian(state.flat()[problem.free])
+    x = state.flat()[problem.free]
+    residual, jacobian = problem.residual(x), problem.jacobian(x)
     size = np.sqrt((jacobian * jacobian).sum(0))
     seen = size > 0
     own = jacobian[:, seen] / size[seen]
+    telling = (own * own).sum(1)
+    squares = problem.scale**2 * rho((residual / problem.scale) ** 2, problem.options.loss)[0]
+    noise = max(float(np.sqrt(telling @ squares / max(telling.sum(), 1e-300))), LEAST_NOISE)
     values, vectors = np.linalg.eigh(own.T @ own)
     # Directions that no pixel sees but for rounding: whatever takes part in one is not to be told.
     null = values < NULL * values[-1:]

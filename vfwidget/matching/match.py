@@ -26,8 +26,6 @@ MANY = 6
 HOP_SIDE, HOPS, HOP_ITERATIONS = 64, 16, 20
 BETTER, PERFECT = 0.8, 1e-9
 """What share of the loss a hop has to come below, and a loss that needs no hops."""
-LEAST_NOISE = 0.5 / 255
-"""A pixel's standard deviation: levels are written in steps of 1 / 255."""
 
 NOT_SIMILAR = 1e-6
 
@@ -224,11 +222,8 @@ def _score(scene: Scene, image: Array, state: State) -> float:
 
 
 def _deviation(found: Fit) -> Array:
-    problem = found.problem
-    residual = problem.residual(found.state.flat()[problem.free])
-    noise = max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), LEAST_NOISE)
     theta = found.state.theta
-    return deviations(problem, found.state, noise)[: theta.size].reshape(theta.shape)
+    return deviations(found.problem, found.state)[: theta.size].reshape(theta.shape)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ def draw_match(match: Match, axes: Any = None) -> Any:
     """The picture, the fit, the residual and the loss; see :meth:`vfwidget.matching.Match.plot`."""
     import matplotlib.pyplot as plt
     import numpy as np
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
     if axes is None:
         _, axes = plt.subplots(1, 4, figsize=(13, 3.4), layout="constrained")
@@ -29,6 +30,9 @@ def draw_match(match: Match, axes: Any = None) -> Any:
         panel.set_axis_off()
     losses = [value for _, value in match.history]
     loss.semilogy(losses, marker=".", color="#0072b2")
+    loss.yaxis.set_major_locator(LogLocator(numticks=6))
+    loss.yaxis.set_minor_locator(NullLocator())
+    loss.xaxis.set_major_locator(MaxNLocator(5, integer=True))
     loss.set_xlabel("step")
     loss.set_title("loss")
     return np.ravel(axes)

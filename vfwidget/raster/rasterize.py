@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import torch
@@ -12,13 +11,12 @@ from torch import Tensor
 from ..arrays import ArrayLike, to_tensor
 from ..errors import ImageError
 from ..text import Text
-from .coverage import Boundary, fill
+from .autograd import Coverage, check_contours, inner, outer
+from .coverage import fill
 
 BACKENDS = ("exact", "diffvg")
 MOST_PIXELS = 2**25
 """Of one image: 5,800 pixels square."""
-CLOSED = 1e-3
-"""How far, in pixels, a contour's end may be from its beginning."""
 MARGIN = 0.08
 """Share of the image that :func:`frame` leaves free at every side."""
 
@@ -83,13 +81,13 @@ def rasterize(
     if not sizes:
         return points.new_zeros(*batch, height, width)
     points = points.reshape(-1, *points.shape[-3:])
-    _check_contours(points.detach(), sizes)
     if backend == "diffvg":
         from .diffvg import render
 
+        check_contours(points.detach(), sizes)
         image = render(points, sizes, height, width)
     else:
-        image = Coverage.apply(points.double(), sizes, height, width).to(points.dtype)
+        image = Coverage.apply(points.double(), sizes, height, width)[0].to(points.dtype)
     return image.reshape(*batch, height, width)
 
 
@@ -122,10 +120,10 @@ def image_and_jacobian(
     fitting = [tuple(m.shape[:-1]) for m in tangents] == [(s, 4, 2) for s in sizes]
     if not sizes or not fitting or len({m.shape[-1] for m in tangents}) > 1 or points.ndim != 3:
         raise ImageError("Each contour (s, 4, 2) needs its moves (s, 4, 2, a), a alike for all.")
-    _check_contours(points[None], sizes)
-    image, boundary = _fill(points[None].double(), sizes, height, width)
-    jacobian = boundary.derivative(_inner(torch.cat(tangents).double()))
-    return _outer(image)[0], _outer(jacobian)[0]
+    check_contours(points[None], sizes)
+    image, boundary = fill(inner(points[None].double()), sizes, height, width)
+    jacobian = boundary.derivative(inner(torch.cat(tangents).double()))
+    return outer(image)[0], outer(jacobian)[0]
 
 
 def frame(text: Text, size: tuple[int, int]) -> Tensor:
@@ -144,43 +142,6 @@ def frame(text: Text, size: tuple[int, int]) -> Tensor:
     x = (width - scale * across) / 2
     y = (height + scale * (top + bottom)) / 2
     return torch.tensor([[scale, 0.0, x], [0.0, -scale, y]], dtype=torch.float64)
-
-
-class Coverage(torch.autograd.Function):
-    """Points (B, S, 4, 2) to images (B, H, W), differentiable backwards and forwards."""
-
-    @staticmethod
-    def forward(ctx: Any, points: Tensor, sizes: Sequence[int], height: int, width: int) -> Tensor:
-        """The images."""
-        image, ctx.boundary = _fill(points.detach(), sizes, height, width)
-        ctx.shape = points.shape
-        return _outer(image)
-
-    @staticmethod
-    @torch.autograd.function.once_differentiable
-    def backward(ctx: Any, slope: Tensor) -> tuple[Tensor | None, ...]:
-        """The slope by the points."""
-        gradient = ctx.boundary.gradient(_inner(slope.contiguous()))
-        return _outer(gradient).reshape(ctx.shape), None, None, None
-
-    @staticmethod
-    def jvp(ctx: Any, tangent: Tensor, *_: None) -> Tensor:
-        """How the images change as the points move."""
-        moved = ctx.boundary.derivative(_inner(tangent.reshape(-1, 4, 2, 1)))
-        return _outer(moved)[..., 0]
-
-
-def _fill(points: Tensor, sizes: Sequence[int], height: int, width: int) -> tuple[Any, Boundary]:
-    return fill(_inner(points), sizes, height, width)
-
-
-def _inner(values: Tensor) -> Any:
-    """On the CPU numpy's small operations cost a third of torch's."""
-    return values.detach().numpy() if values.device.type == "cpu" else values
-
-
-def _outer(values: Any) -> Tensor:
-    return torch.from_numpy(values) if isinstance(values, np.ndarray) else values
 
 
 def _check_size(size: tuple[int, int]) -> tuple[int, int]:
@@ -234,14 +195,3 @@ def _place(points: Tensor, transform: ArrayLike) -> Tensor:
             f"Transforms {tuple(placed.shape)} do not fit contours of batch "
             f"{tuple(points.shape[:-3])}."
         ) from None
-
-
-def _check_contours(points: Tensor, sizes: Sequence[int]) -> None:
-    if not bool(torch.isfinite(points).all()):
-        raise ImageError("The contours hold NaN or infinity.")
-    ends = np.cumsum(sizes)
-    follower = np.arange(1, ends[-1] + 1)
-    follower[ends - 1] = ends - sizes
-    gap = (points[:, :, 3] - points[:, torch.from_numpy(follower), 0]).abs().max()
-    if gap > CLOSED * max(1.0, 1e-3 * float(points.abs().max())):
-        raise ImageError(f"Each segment begins where the one before it ends; one is {gap:.3g} off.")
