@@ -20,6 +20,7 @@ import nbformat
 from jinja2 import pass_context
 from latex2mathml.converter import convert
 from nbclient import NotebookClient
+from nbclient.exceptions import CellTimeoutError, DeadKernelError
 from nbconvert import HTMLExporter
 from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 from nbformat import NotebookNode
@@ -31,18 +32,27 @@ from vfwidget.widget import PAGE_TRAITS, Editor
 
 ROOT = Path(__file__).parents[1]
 STYLE = Path(__file__).with_suffix(".css").read_text(encoding="utf-8")
-SECONDS = 600
+SECONDS = 90
+"""For a cell; a whole notebook takes less."""
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
 WIDGET_STATE = "application/vnd.jupyter.widget-state+json"
 
 
 def run(path: Path) -> NotebookNode:
     """A notebook with its outputs, and the last state of its widgets in the metadata."""
+    try:
+        return _run(path)
+    except (CellTimeoutError, DeadKernelError) as error:
+        # A kernel picks free ports, and on a busy machine another process may be quicker.
+        print(f"{path.stem}: {type(error).__name__}, trying again", flush=True)
+        return _run(path)
+
+
+def _run(path: Path) -> NotebookNode:
     notebook = nbformat.read(path, as_version=4)
     with TemporaryDirectory() as folder:
         resources = {"metadata": {"path": folder}}
-        client = NotebookClient(notebook, timeout=SECONDS, resources=resources)
-        client.execute()
+        NotebookClient(notebook, timeout=SECONDS, resources=resources).execute()
     return notebook
 
 

@@ -591,3 +591,10 @@ def test_a_text_without_ink(string, image):
 def test_texts_and_fonts_fail_as_everywhere(string, font, options, error, message, image):
     with pytest.raises(error, match=message):
         match(image, string, font, **options)
+
+
+def test_a_text_brings_its_font_and_how_axes_are_shared():
+    text = vf.Text("dynapuff", "n", shared=False).at(axes=[{"wght": 600}])
+    found = vf.match(1 - vf.rasterize(text, (48, 48)).numpy(), text, progress=False)
+    assert not found.text.shared
+    assert found.axes[0]["wght"] == pytest.approx(600, abs=1)

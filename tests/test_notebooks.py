@@ -13,6 +13,8 @@ import pytest
 from nbclient import NotebookClient
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
+LONG = {"11-raster-font-matching"}
+"""Half a minute and more."""
 SECONDS = 90
 NOWHERE = "http://127.0.0.1:9"
 ABSOLUTE_PATH = re.compile(r"""(?:^|[\s"'`(=])(?:/\w[\w.-]*/|~/|[A-Za-z]:\\|file:)""", re.MULTILINE)
@@ -27,8 +29,15 @@ def test_there_are_notebooks() -> None:
     assert NOTEBOOKS
 
 
+def marked(path: Path) -> Any:
+    marks = [pytest.mark.slow] if path.stem in LONG else []
+    return pytest.param(path, marks=marks, id=path.stem)
+
+
 @pytest.mark.timeout(SECONDS)
-def test_it_runs_without_a_word_on_stderr(notebook: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize("path", map(marked, NOTEBOOKS))
+def test_it_runs_without_a_word_on_stderr(path: Path, tmp_path: Path) -> None:
+    notebook = nbformat.read(path, as_version=nbformat.NO_CONVERT)
     environment = os.environ | {
         # The package is imported from wherever the tests found it.
         "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),

@@ -33,7 +33,7 @@ Source: TypeAlias = "Font | FontSource"
 
 def match(
     image: ImageSource,
-    text: str,
+    text: str | Text,
     font: Source | Sequence[Source] | None = None,
     *,
     fonts: Sequence[Source] | None = None,
@@ -57,8 +57,9 @@ def match(
     ----------
     image : (H, W) array or tensor, PIL image, or path
         Floats 0 ink … 1 paper, or uint8; colour and transparency are read too.
-    text : str
-        What it says.
+    text : str or Text
+        What it says. A Text brings its font, unless another is given, and whether its letters
+        share their axes.
     font : Font or what :func:`load_font` takes; or a sequence of them
     fonts : sequence of those
         In place of ``font``: all are fitted, and the best is returned, with the others ranked.
@@ -124,6 +125,9 @@ def match(
         raise ImageError(f"Letters cannot be told in a picture of {values.shape} pixels.")
     if isinstance(font, Sequence) and not isinstance(font, str | bytes | bytearray):
         font, fonts = None, font
+    if isinstance(text, Text):
+        font = text.font if font is None and fonts is None else font
+        shared, text = text.shared, text.string
     if (font is None) == (fonts is None):
         raise ImageError("Give a font, or several as fonts=[…].")
     if fit is None:
