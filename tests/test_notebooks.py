@@ -35,7 +35,7 @@ def marked(path: Path) -> Any:
 
 
 @pytest.mark.timeout(SECONDS)
-@pytest.mark.parametrize("path", map(marked, NOTEBOOKS))
+@pytest.mark.parametrize("path", [marked(path) for path in NOTEBOOKS])
 def test_it_runs_without_a_word_on_stderr(path: Path, tmp_path: Path) -> None:
     notebook = nbformat.read(path, as_version=nbformat.NO_CONVERT)
     environment = os.environ | {
