@@ -94,9 +94,8 @@ class Recipe:
         self.letters = [Letter.of(glyph) for glyph in text.glyphs]
         self.lower, self.upper = (torch.from_numpy(bound) for bound in text.font.bounds)
         self.stay_close, self.trimmed = stay_close, trimmed
-        contours = [s for glyph in text.glyphs for s in glyph.contours]
         before = sum(len(glyph.contours) for glyph in text.glyphs[: handle.glyph])
-        segment = segment_indices(contours)[before + handle.contour][handle.segment]
+        segment = segment_indices(text.word.contours)[before + handle.contour][handle.segment]
         self.segment = torch.from_numpy(segment)
         self.weights = torch.from_numpy(bernstein(handle.t))
 

@@ -91,6 +91,14 @@ def where_true(mask: Any) -> Any:
     return mask.nonzero()[0] if type(mask) is np.ndarray else mask.nonzero()[:, 0]
 
 
+def begins(values: Any) -> Any:
+    """Where a run of equal values (q,) begins, a mask (q,)."""
+    xp = namespace(values)
+    mask = xp.ones_like(values, dtype=xp.bool)
+    mask[1:] = values[1:] != values[:-1]
+    return mask
+
+
 def repeat(counts: Any) -> Any:
     """Each index i, ``counts[i]`` times over."""
     if type(counts) is np.ndarray:

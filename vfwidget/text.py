@@ -159,8 +159,7 @@ class Text:
     def segments(self, theta: ArrayLike | None = None) -> list[torch.Tensor]:
         """Every closed contour of the word, in order, as cubic segments (s, 4, 2)."""
         points = self.points(theta)
-        contours = [s for glyph in self.glyphs for s in glyph.contours]
-        return [points[indices] for indices in segment_indices(contours)]
+        return [points[indices] for indices in segment_indices(self.word.contours)]
 
     def advance(self) -> float:
         """Width of the whole line, in font units."""
@@ -209,8 +208,8 @@ class Text:
         if not owners:
             raise GlyphError(f"{self.string!r} has no outline to take a point of.")
         points = self.positions(self.point_set(), self._theta)
-        contours = [s for glyph in self.glyphs for s in glyph.contours]
-        found, t = nearest(points[np.concatenate(segment_indices(contours))], point)
+        segments = np.concatenate(segment_indices(self.word.contours))
+        found, t = nearest(points[segments], point)
         return Handle(*owners[found], t, word=self.word)
 
     def position(self, handle: Handle) -> torch.Tensor:

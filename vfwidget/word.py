@@ -169,6 +169,11 @@ class Word:
         return self.advance_base + np.minimum(self.advance_deltas, 0).sum(1) < 0
 
     @property
+    def contours(self) -> list[int]:
+        """How many segments each contour of the word has, letter after letter."""
+        return [segments for glyph in self.glyphs for segments in glyph.contours]
+
+    @property
     def parameters(self) -> int:
         """How many axis vectors Θ holds: 1 when shared, else one for each letter."""
         return 1 if self.shared else len(self.glyphs)

@@ -155,10 +155,9 @@ class Area(Term):
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
-        contours = [s for glyph in text.glyphs for s in glyph.contours]
-        if not contours:
+        if not text.word.contours:
             raise SolveError(f"{text.string!r} has no outline, and so no area.")
-        bound = replace(self, _contours=np.concatenate(segment_indices(contours)))
+        bound = replace(self, _contours=np.concatenate(segment_indices(text.word.contours)))
         here = bound._measure(to_array(text.points()))
         # Outer contours run one way or the other, as the font's designer had it.
         bound = replace(bound, _sign=math.copysign(1.0, here))

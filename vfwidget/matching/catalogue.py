@@ -54,7 +54,7 @@ def match_fonts(
         left_out: dict[str, str] = {}
         if len(sources) > KEPT:
             swept: dict[int, Any] = _run(
-                _sweep_chunk, image, sources, order, request, executor, lambda: None
+                sweep_one, image, sources, order, request, executor, lambda: None
             )
             for i in [i for i in order if swept[i][0] is None]:
                 left_out[names[i]] = swept[i][1]
@@ -64,7 +64,7 @@ def match_fonts(
                 left_out[names[i]] = f"the sweep explains {share:.0f} % of the ink"
             order = good[:KEPT]  # type: ignore[assignment]
             bar.total = len(order)
-        fitted = _run(_fit_chunk, image, sources, order, request, executor, bar.update)
+        fitted = _run(fit_one, image, sources, order, request, executor, bar.update)
     matches = []
     for i in order:
         outcome, why = fitted[i]
@@ -107,14 +107,6 @@ def _portable(font: Font | FontSource) -> Any:
     return file.getvalue()
 
 
-def _sweep_chunk(request: Request, image: Array, sources: Sequence[Any]) -> list[Answer]:
-    return [_try(sweep_one, request, image, source) for source in sources]
-
-
-def _fit_chunk(request: Request, image: Array, sources: Sequence[Any]) -> list[Answer]:
-    return [_try(fit_one, request, image, source) for source in sources]
-
-
 def sweep_one(request: Request, image: Array, source: Any) -> float:
     """What share of the ink one font leaves unexplained at its best place of the sweep."""
     text = request.text(load_font(source))
@@ -127,15 +119,19 @@ def fit_one(request: Request, image: Array, source: Any) -> Outcome:
     return match_text(text, image, request.settings_for(text))
 
 
-def _try(job: Callable[..., Any], request: Request, image: Array, source: Any) -> Answer:
+Work = Callable[[Request, Array, Any], Any]
+
+
+def _chunk(work: Work, request: Request, image: Array, sources: Sequence[Any]) -> list[Answer]:
+    return [_try(work, request, image, source) for source in sources]
+
+
+def _try(work: Work, request: Request, image: Array, source: Any) -> Answer:
     """A font that lacks a letter, or is none, does not stop the others."""
     try:
-        return job(request, image, source), ""
+        return work(request, image, source), ""
     except VFWidgetError as error:
         return None, str(error)
-
-
-Work = Callable[[Request, Array, Sequence[Any]], list[Answer]]
 
 
 def _run(
@@ -157,7 +153,9 @@ def _run(
             done()
 
     waiting = list(chunks)
-    for _ in range(TRIES if executor is not None else 0):
+    for _ in range(TRIES):
+        if executor is None or not waiting:
+            break
         lost = []
         for chunk, future in _submit(executor, work, image, sources, request, waiting):
             try:
@@ -169,26 +167,23 @@ def _run(
                 lost.append(chunk)
                 warnings.warn(f"A worker was lost ({error!r}); trying again.", stacklevel=4)
         waiting = lost
-        if not waiting:
-            break
     for chunk in waiting:
-        collect(chunk, work(request, image, [sources[i] for i in chunk]))
+        collect(chunk, _chunk(work, request, image, [sources[i] for i in chunk]))
     return answers
 
 
 def _submit(
-    executor: Executor | None,
+    executor: Executor,
     work: Work,
     image: Array,
     sources: Sequence[Any],
     request: Request,
     chunks: Sequence[Sequence[int]],
 ) -> Iterator[tuple[Sequence[int], Future[list[Answer]]]]:
-    assert executor is not None
     futures = {}
     for chunk in chunks:
         try:
-            future = executor.submit(work, request, image, [sources[i] for i in chunk])
+            future = executor.submit(_chunk, work, request, image, [sources[i] for i in chunk])
         except Exception as error:
             # A pool that is broken takes nothing more.
             future = Future()

@@ -164,6 +164,8 @@ class Levels:
 
     def paper(self, height: int, width: int) -> Array:
         """The paper's brightness, (H, W)."""
+        if not self.light[1:].any():
+            return np.full((height, width), self.light[0])
         return basis(height, width, len(self.light)) @ self.light
 
 

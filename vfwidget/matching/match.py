@@ -26,8 +26,8 @@ MANY = 6
 HOP_SIDE, HOPS, HOP_ITERATIONS = 64, 16, 20
 BETTER, PERFECT = 0.8, 1e-9
 """What share of the loss a hop has to come below, and a loss that needs no hops."""
-
 NOT_SIMILAR = 1e-6
+"""How far, relative to its scale, a placement may be from a similarity."""
 
 Progress = Callable[[str], None]
 

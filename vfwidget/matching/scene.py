@@ -21,7 +21,7 @@ from ..bezier import segment_indices
 from ..errors import ImageError
 from ..raster.coverage import Boundary, fill
 from ..text import Text
-from .images import basis
+from .images import Levels, basis
 
 PLACEMENT = ("x", "y", "size", "turn")
 """t in pixels, log s and φ."""
@@ -87,11 +87,10 @@ class Scene:
         height, width = size
         self.shape = -(-height // factor), -(-width // factor)
         self._outline = text.point_set()
-        contours = [s for glyph in text.glyphs for s in glyph.contours]
-        if not contours:
+        self._sizes = text.word.contours
+        if not self._sizes:
             raise ImageError(f"There is no ink to match: {text.string!r} is blank.")
-        self._sizes = contours
-        self._indices = np.concatenate(segment_indices(contours))
+        self._indices = np.concatenate(segment_indices(self._sizes))
         self.centre = middle(text)
         self._latest: tuple[bytes, _Picture] | None = None
 
@@ -104,10 +103,13 @@ class Scene:
 
     def coverage(self, thetas: Array, placements: Array) -> Array:
         """Ink without blur of B candidates, (B, H, W), from (B, parameters, n) and (B, 4)."""
+        return self._fill(thetas, placements)[0]
+
+    def _fill(self, thetas: Array, placements: Array) -> tuple[Array, Boundary]:
         points = self.text.positions(self._outline, thetas)
         maps = np.stack([self.matrix(placement) for placement in placements]) / self.factor
         points = points @ np.swapaxes(maps[:, :, :2], 1, 2) + maps[:, None, :, 2]
-        return fill(points[:, self._indices], self._sizes, *self.shape)[0]
+        return fill(points[:, self._indices], self._sizes, *self.shape)
 
     def image(self, state: State) -> Array:
         """The picture (H, W)."""
@@ -115,9 +117,7 @@ class Scene:
 
     def paper(self, state: State) -> Array:
         """The picture without ink, (H, W)."""
-        if not state.light[1:].any():
-            return np.full(self.shape, state.light[0])
-        return basis(*self.shape, len(state.light)) @ state.light
+        return Levels(state.light, state.ink).paper(*self.shape)
 
     def jacobian(self, state: State, free: BoolArray) -> Array:
         """Its derivative by what is free of the state's :meth:`~State.flat` form, (H, W, f)."""
@@ -153,10 +153,7 @@ class Scene:
         return self._latest[1]
 
     def _draw(self, state: State) -> _Picture:
-        points = self.text.positions(self._outline, state.theta)
-        placed = self.matrix(state.placement) / self.factor
-        points = points @ placed[:, :2].T + placed[:, 2]
-        sharp, boundary = fill(points[None, self._indices], self._sizes, *self.shape)
+        sharp, boundary = self._fill(state.theta[None], state.placement[None])
         variance = state.blur / self.factor**2
         covered = _blur(sharp[0, ..., None], variance)[..., 0]
         light = self.paper(state)

@@ -11,7 +11,18 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..arrays import count_up, integers, like, namespace, repeat, sorting, sum_at, take, where_true
+from ..arrays import (
+    begins,
+    count_up,
+    integers,
+    like,
+    namespace,
+    repeat,
+    sorting,
+    sum_at,
+    take,
+    where_true,
+)
 from .cuts import SLOPE, Pieces, evaluate, evaluate_slope
 
 TOUCH = 1e-9
@@ -101,9 +112,7 @@ def _pairs(pieces: Pieces, width: int) -> tuple[Any, Any]:
             cell = xp.concatenate([cell, take(pieces.cell, on) + xp.where(side, -step, step)])
     order = sorting(cell)
     piece, cell = take(piece, order), take(cell, order)
-    new = xp.ones_like(cell, dtype=xp.bool)
-    new[1:] = cell[1:] != cell[:-1]
-    begin = where_true(new)
+    begin = where_true(begins(cell))
     end = xp.roll(begin, -1)
     end[-1] = len(cell)
     shared = where_true(end - begin > 1)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import count_up, integers, like, namespace, repeat, sorting, take, where_true
+from ..arrays import begins, count_up, integers, like, namespace, repeat, sorting, take, where_true
 
 POWER = np.array([[1.0, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1]])
 """Control points to coefficients of 1, t, t², t³."""
@@ -96,13 +96,12 @@ def cut(curves: Any, sizes: Sequence[int], images: int, height: int, width: int)
         cubic, start = take(cubic, distinct), take(start, distinct)
 
     first = evaluate(take(curves, cubic), start[:, None])
-    ends = xp.ones_like(cubic, dtype=xp.bool)
-    ends[:-1] = cubic[1:] != cubic[:-1]
-    begins = xp.roll(ends, 1)
+    opening = begins(cubic)
+    ends = xp.roll(opening, -1)
     end = xp.where(ends, 1.0, xp.roll(start, -1))
     opens, follower = _contours(owner, sizes, images)
     # A cubic ends where the next one of its contour begins.
-    corner = take(take(first, where_true(begins)), follower)
+    corner = take(take(first, where_true(opening)), follower)
     last = xp.where(ends[:, None], take(corner, cubic), xp.roll(first, -1, 0))
 
     place = integers(xp.floor((first + last) / 2))
@@ -110,7 +109,7 @@ def cut(curves: Any, sizes: Sequence[int], images: int, height: int, width: int)
     cell = (cubic // (count // images) * height + row) * (width + 2)
     cell = cell + xp.clip(column, -1, width) + 1
     kept = (row >= 0) & (row < height)
-    fresh = (begins & take(opens, cubic)) | ~xp.roll(kept, 1)
+    fresh = (opening & take(opens, cubic)) | ~xp.roll(kept, 1)
     pieces = Pieces(cubic, start, end, first, last, cell, fresh)
     if kept.all():
         return pieces

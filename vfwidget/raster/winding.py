@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..arrays import count_up, integers, namespace, sorting, sum_at, take, where_true
+from ..arrays import begins, count_up, integers, namespace, sorting, sum_at, take, where_true
 from .crossings import Split, expand, split
 from .cuts import Pieces
 
@@ -62,9 +62,7 @@ class _Rays(NamedTuple):
         steepness = take(abs((own.last - own.first)[:, 1]), parts.whole)
         # Within a row a piece climbs no more than 1, so the steepest is the last of its run.
         order = sorting(run + 0.99 * steepness)
-        ends = xp.ones_like(order, dtype=xp.bool)
-        ends[:-1] = run[1:] != run[:-1]
-        chosen = take(order, where_true(ends))
+        chosen = take(order, where_true(xp.roll(begins(run), -1)))
 
         piece = take(parts.whole, chosen)
         first = take(own.first, piece)
