@@ -79,11 +79,23 @@ def count_up(length: int, reference: Any) -> Any:
     return namespace(reference).arange(length, device=reference.device)
 
 
+def zeros(length: int, reference: Any) -> Any:
+    """As many zeros, of the type and where ``reference`` is."""
+    if type(reference) is np.ndarray:
+        return np.zeros(length, reference.dtype)
+    return reference.new_zeros(length)
+
+
 def take(values: Any, index: Any) -> Any:
-    """``values[index]`` along the first dimension, the quickest way there is."""
+    """``values[..., index]``, the quickest way there is."""
     if type(values) is np.ndarray:
-        return values.take(index, 0)
-    return values.index_select(0, index)
+        return values.take(index, -1)
+    return values.index_select(-1, index)
+
+
+def following(values: Any) -> Any:
+    """Each value's follower along the last dimension; the last one's is the first."""
+    return namespace(values).concatenate([values[..., 1:], values[..., :1]], -1)
 
 
 def where_true(mask: Any) -> Any:
@@ -93,41 +105,51 @@ def where_true(mask: Any) -> Any:
 
 def begins(values: Any) -> Any:
     """Where a run of equal values (q,) begins, a mask (q,)."""
-    xp = namespace(values)
-    mask = xp.ones_like(values, dtype=xp.bool)
-    mask[1:] = values[1:] != values[:-1]
+    mask = values != namespace(values).concatenate([values[:1], values[:-1]])
+    mask[:1] = True
     return mask
 
 
 def repeat(counts: Any) -> Any:
     """Each index i, ``counts[i]`` times over."""
     if type(counts) is np.ndarray:
-        return np.repeat(np.arange(len(counts)), counts)
+        return np.arange(len(counts)).repeat(counts)
     return namespace(counts).repeat_interleave(counts)
 
 
 def sum_at(index: Any, values: Any, length: int) -> Any:
-    """Sums (length, …) of the values (q, …) that have the same index (q,)."""
+    """Sums (…, length) of the values (…, q) that have the same index (q,)."""
     if type(values) is not np.ndarray:
-        return values.new_zeros((length, *values.shape[1:])).index_add_(0, index, values)
+        return values.new_zeros((*values.shape[:-1], length)).index_add_(-1, index, values)
     if values.ndim == 1:
         return np.bincount(index, values, length)
-    width = values.shape[1]
-    flat = (index[:, None] * width + np.arange(width)).ravel()
-    return np.bincount(flat, values.ravel(), length * width).reshape(length, width)
+    rows = values.reshape(-1, values.shape[-1])
+    flat = index + length * np.arange(len(rows))[:, None]
+    sums = np.bincount(flat.ravel(), rows.ravel(), length * len(rows))
+    return sums.reshape(*values.shape[:-1], length)
+
+
+def add_at(sums: Any, index: Any, values: Any) -> None:
+    """Add the values (q,) to those sums (p,) that the index (q,) names, in place."""
+    if type(sums) is np.ndarray:
+        np.add.at(sums, index, values)
+    else:
+        sums.index_add_(0, index, values)
 
 
 def running_sum(values: Any) -> Any:
-    """Sums up to each place along the last dimension; numpy's own take four times as long."""
+    """Sums up to each place along the last dimension, in place.
+
+    numpy's own take four times as long.
+    """
     if type(values) is np.ndarray:
         import torch
 
-        return torch.from_numpy(values).cumsum(-1).numpy()
-    return values.cumsum(-1)
+        torch.from_numpy(values).cumsum_(-1)
+        return values
+    return values.cumsum_(-1)
 
 
 def sorting(values: Any) -> Any:
-    """The indices that sort values (q,), those that are alike in their order."""
-    if type(values) is np.ndarray:
-        return values.argsort(kind="stable")
-    return values.argsort(stable=True)
+    """The indices that sort values (q,)."""
+    return values.argsort()

@@ -111,7 +111,7 @@ class Problem:
     def jacobian(self, x: Array) -> Array:
         """Its derivative by the free variables."""
         jacobian = self.scene.jacobian(self.state(x), self.free)
-        return jacobian.reshape(-1, jacobian.shape[-1])
+        return jacobian.reshape(len(jacobian), -1).T
 
     def loss(self, residual: Array) -> float:
         """The mean cost of a pixel."""
@@ -218,18 +218,19 @@ def deviations(problem: Problem, state: State) -> Array:
     anything, by how much they do: on blank paper noise may be cut off at white.
     """
     x = state.flat()[problem.free]
-    residual, jacobian = problem.residual(x), problem.jacobian(x)
-    size = np.sqrt((jacobian * jacobian).sum(0))
+    residual, rows = problem.residual(x), problem.jacobian(x).T
+    normal = rows @ rows.T
+    size = np.sqrt(normal.diagonal())
     seen = size > 0
-    own = jacobian[:, seen] / size[seen]
-    telling = (own * own).sum(1)
-    squares = problem.scale**2 * rho((residual / problem.scale) ** 2, problem.options.loss)[0]
-    noise = max(float(np.sqrt(telling @ squares / max(telling.sum(), 1e-300))), LEAST_NOISE)
-    values, vectors = np.linalg.eigh(own.T @ own)
+    rows, size = rows[seen], size[seen]
+    costs = problem.scale**2 * rho((residual / problem.scale) ** 2, problem.options.loss)[0]
+    told = np.einsum("km,km,m->k", rows, rows, costs) / size**2
+    noise = max(float(np.sqrt(told.sum() / max(len(told), 1))), LEAST_NOISE)
+    values, vectors = np.linalg.eigh(normal[np.ix_(seen, seen)] / np.outer(size, size))
     # Directions that no pixel sees but for rounding: whatever takes part in one is not to be told.
     null = values < NULL * values[-1:]
     hidden = (abs(vectors[:, null]) > TAKES_PART).any(1)
     variance = (vectors[:, ~null] ** 2 / values[~null]).sum(1)
-    deviation = np.full(len(size), np.inf)
-    deviation[seen] = np.where(hidden, np.inf, noise * np.sqrt(variance) / size[seen])
+    deviation = np.full(len(seen), np.inf)
+    deviation[seen] = np.where(hidden, np.inf, noise * np.sqrt(variance) / size)
     return deviation

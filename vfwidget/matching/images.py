@@ -26,7 +26,8 @@ LEAST_CONTRAST = 0.02
 """Of full range; less is no picture of letters."""
 LUMA = np.array([0.2126, 0.7152, 0.0722])
 """Of red, green and blue (ITU-R BT.709)."""
-ROUNDS = 12
+ROUNDS, MOST_INK = 12, 0.9
+"""Of telling ink from paper, and the share of ink beyond which there is no paper to tell."""
 
 
 def read_image(image: ImageSource) -> Array:
@@ -199,15 +200,17 @@ def part(image: Array, terms: int, dark: bool | None) -> tuple[Levels, Array]:
     aside = (sign * (image - np.median(border)) > (high - low) / 4).ravel()
     flat, values = over.reshape(-1, terms), image.ravel()
     for _ in range(ROUNDS):
-        if aside.mean() > 0.9:
+        if aside.mean() > MOST_INK:
             break
         light = np.linalg.lstsq(flat[~aside], values[~aside], rcond=None)[0]
         out = sign * (values - flat @ light)
         spread = np.median(abs(out[~aside])) * 1.5
-        aside = out > max(4 * spread, (high - low) / 8)
-    else:
+        before, aside = aside, out > max(4 * spread, (high - low) / 8)
+        if (aside == before).all():
+            break
+    if aside.mean() <= MOST_INK:
         aside = out > max(4 * spread, (high - low) / 4)
-    if aside.mean() > 0.9 or not aside.any():
+    if aside.mean() > MOST_INK or not aside.any():
         light = np.zeros(terms)
         light[0] = np.median(border)
         out = sign * (values - light[0])

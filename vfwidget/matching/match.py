@@ -14,7 +14,7 @@ from ..errors import ImageError
 from ..font import Font
 from ..text import Text
 from .fit import Fit, Options, Problem, Watch, deviations, fit
-from .images import part, shrink
+from .images import Levels, part, shrink
 from .scene import Scene, State, middle
 from .start import best_starts, candidates, felt, placements, rank
 
@@ -96,7 +96,11 @@ class Outcome:
 
 def sweep(text: Text, image: Array, settings: Settings) -> float:
     """What share of the ink's squares the best candidate of the sweep leaves unexplained."""
-    return _sweep(text, image, _factor(image.shape, STAGES[0][0]), settings)[0]
+    factor = _factor(image.shape, STAGES[0][0])
+    small = shrink(image, factor)
+    _, thetas, places = _candidates(text, small, factor, settings)
+    scene = Scene(text, image.shape, factor)
+    return float(rank(scene, thetas, places, small, settings.terms).min())
 
 
 def match_text(
@@ -110,7 +114,7 @@ def match_text(
     size = image.shape
     coarse = _factor(size, STAGES[0][0])
     progress("sweep")
-    _, starts = _sweep(text, image, coarse, settings)
+    starts = _starts(text, image, coarse, settings)
     last = _factor(size, settings.resolution)
     path = starts[:1]
     if settings.options.optimizer == "gauss-newton":
@@ -186,19 +190,28 @@ def _factor(size: tuple[int, ...], side: int) -> int:
     return max(1, math.ceil(max(size) / side))
 
 
-def _sweep(text: Text, image: Array, factor: int, settings: Settings) -> tuple[float, list[State]]:
-    """How much the best candidate leaves unexplained, and states to fit from, the best first."""
-    small = shrink(image, factor)
+def _candidates(
+    text: Text, small: Array, factor: int, settings: Settings
+) -> tuple[Levels, Array, Array]:
+    """The picture's levels, places of the design space, and each one's place on the ink."""
     levels, ink = part(small, settings.terms, settings.dark)
     thetas = candidates(text) if settings.theta is None else settings.theta[None]
     if settings.placement is not None:
         places = np.broadcast_to(settings.placement, (len(thetas), 4))
     else:
         places = placements(text, thetas, ink, factor, "turn" in settings.options.fitted)
-    unexplained = rank(Scene(text, image.shape, factor), thetas, places, small, settings.terms)
-    chosen = best_starts(thetas, unexplained, STAGES[0][1])
-    states = [State(thetas[i], places[i], 0.0, levels.light, levels.ink) for i in chosen]
-    return float(unexplained[chosen[0]]), states
+    return levels, thetas, places
+
+
+def _starts(text: Text, image: Array, factor: int, settings: Settings) -> list[State]:
+    """States to fit from, the best first."""
+    small = shrink(image, factor)
+    levels, thetas, places = _candidates(text, small, factor, settings)
+    chosen = [0]
+    if len(thetas) > 1:
+        unexplained = rank(Scene(text, image.shape, factor), thetas, places, small, settings.terms)
+        chosen = best_starts(thetas, unexplained, STAGES[0][1])
+    return [State(thetas[i], places[i], 0.0, levels.light, levels.ink) for i in chosen]
 
 
 def _score(scene: Scene, image: Array, state: State) -> float:
@@ -208,7 +221,8 @@ def _score(scene: Scene, image: Array, state: State) -> float:
     for half, and letters that the text leaves out still count.
     """
     left, ink = (scene.image(state) - image) ** 2, (scene.paper(state) - image) ** 2
-    covered = scene.coverage(state.theta[None], state.placement[None])[0] > 0.5
+    covered = scene.covered(state)
+    covered = covered > covered.max() / 2
     near = np.zeros(image.shape, dtype=bool)
     if covered.any():
         rows, columns = (np.flatnonzero(covered.any(side)) for side in (1, 0))

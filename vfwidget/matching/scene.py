@@ -25,6 +25,8 @@ from .images import Levels, basis
 
 PLACEMENT = ("x", "y", "size", "turn")
 """t in pixels, log s and φ."""
+BESIDE = 1e-7
+"""How far apart two states may be whose pictures are alike: a solver's step off a kink."""
 LEAST_BLUR = 1e-6
 """A variance, in pixels², that is not worth a convolution."""
 
@@ -92,7 +94,7 @@ class Scene:
             raise ImageError(f"There is no ink to match: {text.string!r} is blank.")
         self._indices = np.concatenate(segment_indices(self._sizes))
         self.centre = middle(text)
-        self._latest: tuple[bytes, _Picture] | None = None
+        self._latest: tuple[Array, _Picture] | None = None
 
     def matrix(self, placement: Array) -> Array:
         """A placement as the affine map (2, 3) from the text's units to full pixels."""
@@ -119,21 +121,26 @@ class Scene:
         """The picture without ink, (H, W)."""
         return Levels(state.light, state.ink).paper(*self.shape)
 
+    def covered(self, state: State) -> Array:
+        """How much ink is in each pixel, blur included, (H, W)."""
+        return self._picture(state).covered
+
     def jacobian(self, state: State, free: BoolArray) -> Array:
-        """Its derivative by what is free of the state's :meth:`~State.flat` form, (H, W, f)."""
-        picture = self._picture(state)
+        """Its derivative by what is free of the state's :meth:`~State.flat` form, (f, H, W)."""
+        # Where the derivative is asked for beside a kink, the picture is that of the kink.
+        picture = self._picture(state, BESIDE)
         moving = state.theta.size + 4
         steps = self._moves(state)[..., free[:moving]][self._indices]
-        columns = [_blur(picture.boundary.derivative(steps)[0], picture.variance)]
+        rows = [_blur(picture.boundary.derivative(steps)[:, 0], picture.variance)]
         if free[moving]:
-            columns.append(_laplacian(picture.covered)[..., None] / (2 * self.factor**2))
-        columns = [column * (state.ink - picture.light)[..., None] for column in columns]
+            rows.append(_laplacian(picture.covered)[None] / (2 * self.factor**2))
+        rows = [row * (state.ink - picture.light) for row in rows]
         if free[moving + 1 : -1].any():
-            paper = basis(*self.shape, len(state.light))[..., free[moving + 1 : -1]]
-            columns.append(paper * (1 - picture.covered)[..., None])
+            paper = np.moveaxis(basis(*self.shape, len(state.light)), -1, 0)
+            rows.append(paper[free[moving + 1 : -1]] * (1 - picture.covered))
         if free[-1]:
-            columns.append(picture.covered[..., None])
-        return np.concatenate(columns, -1)
+            rows.append(picture.covered[None])
+        return np.concatenate(rows)
 
     def _moves(self, state: State) -> Array:
         """How the control points (K, 2) move by Θ and by the placement, (K, 2, size + 4)."""
@@ -146,16 +153,17 @@ class Scene:
         by_theta = linear @ moves.reshape(count, 2, -1)
         return np.concatenate([by_theta, ahead, placed[..., None], turned[..., None]], -1)
 
-    def _picture(self, state: State) -> _Picture:
-        key = state.flat().tobytes()
-        if self._latest is None or self._latest[0] != key:
-            self._latest = key, self._draw(state)
+    def _picture(self, state: State, slack: float = 0.0) -> _Picture:
+        """The latest picture, if its state was no farther away than ``slack``, or a new one."""
+        flat = state.flat()
+        if self._latest is None or abs(flat - self._latest[0]).max() > slack:
+            self._latest = flat, self._draw(state)
         return self._latest[1]
 
     def _draw(self, state: State) -> _Picture:
         sharp, boundary = self._fill(state.theta[None], state.placement[None])
         variance = state.blur / self.factor**2
-        covered = _blur(sharp[0, ..., None], variance)[..., 0]
+        covered = _blur(sharp, variance)[0]
         light = self.paper(state)
         image = light + (state.ink - light) * covered
         return _Picture(image, covered, light, variance, boundary)
@@ -177,7 +185,7 @@ def middle(text: Text) -> Array:
 
 
 def _blur(images: Array, variance: float) -> Array:
-    """Images (H, W, a) blurred by the discrete Gaussian; outside them is nothing."""
+    """Images (a, H, W) blurred by the discrete Gaussian; outside them is nothing."""
     if variance < LEAST_BLUR:
         return images
     import torch
@@ -186,10 +194,10 @@ def _blur(images: Array, variance: float) -> Array:
     around = 2 * np.pi * np.arange(reach + 1) / (2 * reach + 1)
     kernel = np.fft.irfft(np.exp(variance * (np.cos(around) - 1)), 2 * reach + 1)
     weights = torch.from_numpy(np.fft.fftshift(kernel))
-    stack = torch.from_numpy(np.ascontiguousarray(np.moveaxis(images, -1, 0)))[:, None]
+    stack = torch.from_numpy(images)[:, None]
     stack = torch.nn.functional.conv2d(stack, weights[None, None, :, None], padding=(reach, 0))
     stack = torch.nn.functional.conv2d(stack, weights[None, None, None, :], padding=(0, reach))
-    return np.moveaxis(stack[:, 0].numpy(), 0, -1)
+    return stack[:, 0].numpy()
 
 
 def _laplacian(image: Array) -> Array:

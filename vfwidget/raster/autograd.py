@@ -33,8 +33,9 @@ class Coverage(torch.autograd.Function):
         points: Tensor, sizes: Sequence[int], height: int, width: int
     ) -> tuple[Tensor, Kept]:
         """The images."""
-        check_contours(points, sizes)
-        image, boundary = fill(inner(points), sizes, height, width)
+        values = inner(points)
+        check_contours(values, sizes)
+        image, boundary = fill(values, sizes, height, width)
         return outer(image), Kept(boundary)
 
     @staticmethod
@@ -52,9 +53,7 @@ class Coverage(torch.autograd.Function):
     @staticmethod
     def jvp(ctx: Any, tangent: Tensor, *_: None) -> tuple[Tensor, None]:
         """How the images change as the points move."""
-        moved = Linear.apply(
-            tangent, lambda t: ctx.boundary.derivative(t.reshape(-1, 4, 2, 1))[..., 0]
-        )
+        moved = Linear.apply(tangent, lambda t: ctx.boundary.derivative(t.reshape(-1, 4, 2, 1))[0])
         return moved, None
 
     @staticmethod
@@ -99,18 +98,19 @@ def outer(values: Any) -> Tensor:
     return torch.from_numpy(values) if isinstance(values, np.ndarray) else values
 
 
-def check_contours(points: Tensor, sizes: Sequence[int]) -> None:
-    """See that contours (B, S, 4, 2) are finite and closed.
+def check_contours(points: Any, sizes: Sequence[int]) -> None:
+    """See that contours, a (B, S, 4, 2) array or tensor, are finite and closed.
 
     Raises
     ------
     ImageError
     """
-    if not bool(torch.isfinite(points).all()):
+    # One that is not finite makes the sum so.
+    if not np.isfinite(float(points.sum())):
         raise ImageError("The contours hold NaN or infinity.")
     ends = np.cumsum(sizes)
     follower = np.arange(1, ends[-1] + 1)
     follower[ends - 1] = ends - sizes
-    gap = (points[:, :, 3] - points[:, torch.from_numpy(follower), 0]).abs().max()
-    if gap > CLOSED * max(1.0, 1e-3 * float(points.abs().max())):
+    gap = float(abs(points[:, :, 3] - points[:, follower, 0]).max())
+    if gap > CLOSED * max(1.0, 1e-3 * float(abs(points).max())):
         raise ImageError(f"Each segment begins where the one before it ends; one is {gap:.3g} off.")

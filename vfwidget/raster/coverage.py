@@ -29,12 +29,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import like, namespace, running_sum, sum_at, take, where_true
-from .cuts import POWER, SLOPE, cut
+from ..arrays import add_at, like, namespace, running_sum, sum_at, take, where_true, zeros
+from .cuts import POWER, cut
 from .winding import resolve
 
+SLOPE = np.array([1.0, 2, 3])[:, None, None]
+"""What coefficients of t, t², t³ are multiplied by in a derivative."""
 ORDERS = np.arange(1.0, 7)
 """What the powers in an antiderivative are divided by."""
+PRODUCT = (np.add.outer(range(4), range(3)).ravel() == np.arange(6)[:, None]) / ORDERS[:, None]
+"""Products of two polynomials' coefficients to the antiderivative of their product."""
 
 
 class Boundary(NamedTuple):
@@ -42,12 +46,12 @@ class Boundary(NamedTuple):
 
     Attributes
     ----------
-    curves : (C, 4, 2) array
+    curves : (4, 2, C) array
         Coefficients of 1, t, t², t³ of x and y.
     cubic : (N,) int array
     pixel : (N,) int array
         ``(image · H + row) · W + column``.
-    powers : (N, 6) array
+    powers : (6, N) array
         t_bᵏ − t_aᵏ, times the piece's weight.
     size : (B, H, W)
     """
@@ -62,23 +66,22 @@ class Boundary(NamedTuple):
         """What a slope by the images (B, H, W) is by the control points, (C, 4, 2)."""
         xp = namespace(image)
         here = take(image.reshape(-1), self.pixel)
-        moments = sum_at(self.cubic, self.powers * here[:, None], len(self.curves))
-        moments = moments / like(ORDERS, moments)
+        moments = sum_at(self.cubic, self.powers * here, self.curves.shape[-1])
+        moments = moments / like(ORDERS[:, None], moments)
         # ∫ tʲ (−y′, x′) dt for j = 0 … 3, from ∫ tᵏ dt for k = 0 … 5.
-        windows = xp.stack([moments[:, j : j + 3] for j in range(4)], 1)
-        slopes = self.curves[:, 1:] * like(SLOPE, moments)
-        normal = xp.stack([-slopes[..., 1], slopes[..., 0]], -1)
-        return like(POWER.T, moments) @ (windows @ normal)
+        windows = xp.stack([moments[j : j + 3] for j in range(4)])
+        swept = xp.einsum("jkc,kdc->djc", windows, self.curves[1:] * like(SLOPE, moments))
+        slope = xp.stack([-swept[1], swept[0]])
+        return xp.einsum("ji,djc->cid", like(POWER, slope), slope)
 
     def derivative(self, tangents: Any) -> Any:
-        """How the images change, (B, H, W, a), as the control points move by (C, 4, 2, a)."""
-        slopes = self.curves[:, 1:] * like(SLOPE, tangents)
-        moved = namespace(tangents).einsum("ij,cjda->cida", like(POWER, tangents), tangents)
-        swept = _product(moved[:, :, 1], slopes[:, :, 0, None])
-        swept = swept - _product(moved[:, :, 0], slopes[:, :, 1, None])
-        swept = swept / like(ORDERS[:, None], swept)
-        each = (self.powers[:, :, None] * take(swept, self.cubic)).sum(1)
-        return sum_at(self.pixel, each, math.prod(self.size)).reshape(*self.size, -1)
+        """How the images change, (a, B, H, W), as the control points move by (C, 4, 2, a)."""
+        xp = namespace(tangents)
+        moved = xp.einsum("ij,cjda->idac", like(POWER, tangents), tangents)
+        slopes = (self.curves[1:] * like(SLOPE, tangents))[:, :, None]
+        swept = _integral(moved[:, 1], slopes[:, 0]) - _integral(moved[:, 0], slopes[:, 1])
+        each = xp.einsum("kn,kan->an", self.powers, take(swept, self.cubic))
+        return sum_at(self.pixel, each, math.prod(self.size)).reshape(-1, *self.size)
 
 
 def fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[Any, Boundary]:
@@ -100,56 +103,51 @@ def fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[An
 def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[Any, Boundary]:
     xp = namespace(points)
     images = len(points)
-    curves = like(POWER, points) @ points.reshape(-1, 4, 2)
+    across = xp.swapaxes(points.reshape(-1, 8), 0, 1).reshape(4, -1)
+    curves = (like(POWER, points) @ across).reshape(4, 2, -1)
     pieces = cut(curves, sizes, images, height, width)
     pieces, weight = resolve(curves, pieces, images * height, width)
     cubic, cell = pieces.cubic, pieces.cell
-    powers = (_powers(pieces.end) - _powers(pieces.start)) * weight[:, None]
+    powers = _powers(xp.stack([pieces.end, pieces.start]))
+    powers = (powers[:, 0] - powers[:, 1]) * weight
 
-    cover = weight * (pieces.last - pieces.first)[:, 1]
-    # ∫ (x − column) dy: what the piece's own pixel has less than those on its right. x is taken
-    # from the cubic's first point, lest large numbers cancel.
-    origin, x = curves[:, 0, 0], curves[:, :, 0] * like(np.array([0.0, 1, 1, 1]), curves)
-    area = _product(x, curves[:, 1:, 1] * like(SLOPE[:, 0], curves)) / like(ORDERS, curves)
-    column = cell % (width + 2) - 1
-    climb = (powers[:, :3] * take(curves[:, 1:, 1], cubic)).sum(1)
-    missed = (powers * take(area, cubic)).sum(1) + climb * (take(origin, cubic) - column)
-    # An arc climbs less or more than its piece only where a chord stands in for it.
-    middle = (pieces.first[:, 0] + pieces.last[:, 0]) / 2
-    missed = missed + (cover - climb) * (middle - column)
+    # ∫ (x − column) dy: what a piece's own pixel has less than those on its right. Where a chord
+    # stands in for an arc, it climbs less or more than that.
+    area = _integral(curves[:, 0], curves[1:, 1] * like(SLOPE[..., 0], curves))
+    area = xp.einsum("kn,kn->n", powers, take(area, cubic))
+    climb = xp.einsum("kn,kn->n", powers[:3], take(curves[1:, 1], cubic))
+    cover = weight * (pieces.last[1] - pieces.first[1])
+    middle = (pieces.first[0] + pieces.last[0]) / 2
+    row, column = cell // (width + 2), cell % (width + 2) - 1
+    missed = area - climb * middle + cover * (middle - column)
+    # What lies left of the image counts in full, what lies right of it not at all.
+    pixel = row * width + xp.clip(column, 0, width - 1)
     inside = (column >= 0) & (column < width)
-    missed = xp.where(inside, missed, 0.0)
-    length = images * height * (width + 2)
-    signed = sum_at(cell, cover - missed, length + 1) + sum_at(cell + 1, missed, length + 1)
-    signed = running_sum(signed[:-1].reshape(images, height, width + 2))
-    # Nothing but rounding is outside 0 … 1.
-    image = xp.clip(signed[..., 1:-1], 0, 1)
-    # What lies left of the image counts, but moving it a little changes nothing.
-    pixel = cell // (width + 2) * width + column
     if not inside.all():
+        missed, cover = xp.where(inside, missed, 0.0), xp.where(column < width, cover, 0.0)
+    signed = zeros(images * height * width + 1, missed)
+    add_at(signed, pixel, cover - missed)
+    add_at(signed[1:], pixel, xp.where(column < width - 1, missed, 0.0))
+    image = running_sum(signed[:-1].reshape(images, height, width))
+    # Nothing but rounding is outside 0 … 1.
+    xp.clip(image, 0, 1, out=image)
+    if not inside.all():
+        # But moving it a little changes nothing.
         inside = where_true(inside)
         cubic, pixel, powers = (take(values, inside) for values in (cubic, pixel, powers))
     return image, Boundary(curves, cubic, pixel, powers, (images, height, width))
 
 
 def _powers(t: Any) -> Any:
-    """t, t², … t⁶, (N, 6)."""
+    """t, t², … t⁶, (6, …)."""
+    xp = namespace(t)
     square = t * t
-    cube = square * t
-    return namespace(t).stack([t, square, cube, square * square, square * cube, cube * cube], -1)
+    one_two = xp.stack([t, square])
+    three_four = one_two * square
+    return xp.concatenate([one_two, three_four, three_four * square])
 
 
-def _product(first: Any, second: Any) -> Any:
-    """Coefficients (C, 6, …) of the product of polynomials (C, 4, …) and (C, 3, …)."""
-    a, b = first, second
-    return namespace(a).stack(
-        [
-            a[:, 0] * b[:, 0],
-            a[:, 1] * b[:, 0] + a[:, 0] * b[:, 1],
-            a[:, 2] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 0] * b[:, 2],
-            a[:, 3] * b[:, 0] + a[:, 2] * b[:, 1] + a[:, 1] * b[:, 2],
-            a[:, 3] * b[:, 1] + a[:, 2] * b[:, 2],
-            a[:, 3] * b[:, 2],
-        ],
-        1,
-    )
+def _integral(first: Any, second: Any) -> Any:
+    """The antiderivative (6, …) of the product of polynomials (4, …) and (3, …)."""
+    both = first[:, None] * second
+    return (like(PRODUCT, both) @ both.reshape(12, -1)).reshape(6, *both.shape[2:])

@@ -11,19 +11,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..arrays import (
-    begins,
-    count_up,
-    integers,
-    like,
-    namespace,
-    repeat,
-    sorting,
-    sum_at,
-    take,
-    where_true,
-)
-from .cuts import SLOPE, Pieces, evaluate, evaluate_slope
+from ..arrays import count_up, integers, namespace, repeat, sorting, sum_at, take, where_true
+from .cuts import BEFORE_NEXT, Pieces, evaluate, evaluate_slope
 
 TOUCH = 1e-9
 """In pixels, how near counts as touching."""
@@ -62,7 +51,7 @@ def split(curves: Any, pieces: Pieces, width: int) -> tuple[Pieces, Split]:
 
     Parameters
     ----------
-    curves : (C, 4, 2) array
+    curves : (4, 2, C) array
     pieces : Pieces
     width : int
         Columns of an image.
@@ -79,48 +68,56 @@ def split(curves: Any, pieces: Pieces, width: int) -> tuple[Pieces, Split]:
             break
         t, place, apart = _refine(curves, pieces, meetings)
         if rounds == HALVINGS or not apart.any():
-            return pieces, _split(curves, pieces, meetings, t, place)
+            return pieces, _split(pieces, meetings, t, place)
         # Chords crossed where their arcs do not: shorter ones are nearer to them.
         halved = where_true(apart)
         t = (take(pieces.start, halved) + take(pieces.end, halved)) / 2
-        place = evaluate(take(curves, take(pieces.cubic, halved)), t[:, None])
+        place = evaluate(take(curves, take(pieces.cubic, halved)), t)
         pieces, _, _ = _cut_at(pieces, halved, t, place)
-    count = len(pieces.cell)
     middle = namespace(curves).zeros_like(pieces.start) + 0.5
-    return pieces, Split(pieces, count_up(count, pieces.cell), middle, meetings.breaks[:-1])
-
-
-def expand(begin: Any, end: Any) -> tuple[Any, Any]:
-    """All (i, j) with begin[i] ≤ j < end[i]."""
-    count = end - begin
-    i = repeat(count)
-    return i, count_up(len(i), count) - take(count.cumsum(0) - count - begin, i)
+    whole = count_up(len(pieces.cell), pieces.cell)
+    return pieces, Split(pieces, whole, middle, meetings.breaks[:-1])
 
 
 def _pairs(pieces: Pieces, width: int) -> tuple[Any, Any]:
-    """Pairs of pieces that share a cell; one that lies on a border belongs to both its sides."""
+    """Pairs of pieces that share a cell; one that lies on a border belongs to both its sides.
+
+    Not those of which one goes on from the other, unless straight back: they meet only there.
+    """
     xp = namespace(pieces.cell)
     piece, cell = count_up(len(pieces.cell), pieces.cell), pieces.cell
     middle = (pieces.first + pieces.last) / 2
     border = xp.round(middle)
-    reach = xp.maximum(abs(pieces.first - border), abs(pieces.last - border))
-    for axis, step in enumerate((1, width + 2)):
-        on = where_true(reach[:, axis] < TOUCH)
-        if len(on):
-            side = take(middle[:, axis] >= border[:, axis], on)
+    along = (abs(pieces.first - border) < TOUCH) & (abs(pieces.last - border) < TOUCH)
+    if along.any():
+        for axis, step in enumerate((1, width + 2)):
+            on = where_true(along[axis])
+            side = take(middle[axis] >= border[axis], on)
             piece = xp.concatenate([piece, on])
             cell = xp.concatenate([cell, take(pieces.cell, on) + xp.where(side, -step, step)])
     order = sorting(cell)
     piece, cell = take(piece, order), take(cell, order)
-    begin = where_true(begins(cell))
-    end = xp.roll(begin, -1)
-    end[-1] = len(cell)
-    shared = where_true(end - begin > 1)
-    end = take(end, shared)
-    group, here = expand(take(begin, shared), end)
-    first, second = expand(here + 1, take(end, group))
-    first, second = take(piece, take(here, first)), take(piece, second)
-    return xp.minimum(first, second), xp.maximum(first, second)
+    # Those next to each other in this order, then those next but one, and so on.
+    here, apart = where_true(cell[1:] == cell[:-1]), 1
+    nearer, farther = [here], [here + 1]
+    while len(here):
+        apart += 1
+        here = take(here, where_true(here + apart < len(cell)))
+        here = take(here, where_true(take(cell, here) == take(cell, here + apart)))
+        nearer.append(here)
+        farther.append(here + apart)
+    one, other = take(piece, xp.concatenate(nearer)), take(piece, xp.concatenate(farther))
+    a, b = xp.minimum(one, other), xp.maximum(one, other)
+
+    begin, finish = take(pieces.first, a), take(pieces.last, b)
+    r, s = take(pieces.last, a) - begin, finish - take(pieces.first, b)
+    follows = (b == a + 1) & ~take(pieces.fresh, b)
+    # As does a contour's first piece from its last.
+    ended = xp.concatenate([pieces.fresh[1:], pieces.fresh[:1]])
+    closes = (begin == finish).all(0) & take(pieces.fresh, a) & take(ended, b)
+    aligned = _cross(r, s) ** 2 <= TOUCH**2 * _dot(r, r) * _dot(s, s)
+    told = where_true(~(follows | closes) | (aligned & (_dot(r, s) <= 0)))
+    return take(a, told), take(b, told)
 
 
 class Meetings(NamedTuple):
@@ -134,7 +131,7 @@ class Meetings(NamedTuple):
         A piece to be cut.
     where : (M,) array
         How far along its chord, 0 … 1.
-    place : (M, 2) array
+    place : (2, M) array
     other : (M,) int array
         Which other entry is of the same crossing, or the entry's own number.
     """
@@ -147,39 +144,39 @@ class Meetings(NamedTuple):
 
 
 def _meetings(pieces: Pieces, a: Any, b: Any) -> Meetings:
-    """Where these pairs meet, but not where one goes on from the other."""
+    """Where these pairs meet."""
     xp = namespace(pieces.first)
+    # One more than there are pieces, for what ends with the last.
+    breaks = xp.concatenate([pieces.fresh, pieces.fresh[:1]])
+    # At a pixel's corner pieces may cross that share no cell.
+    corner = abs(pieces.first - xp.round(pieces.first)) < TOUCH
+    breaks[:-1] |= corner[0] & corner[1]
+    if not len(a):
+        return Meetings(breaks, a, pieces.start[:0], pieces.first[:, :0], a)
+
     p, q = take(pieces.first, a), take(pieces.first, b)
     r, s = take(pieces.last, a) - p, take(pieces.last, b) - q
-    lengths = xp.stack([xp.hypot(r[:, 0], r[:, 1]), xp.hypot(s[:, 0], s[:, 1])])
+    lengths = xp.sqrt(xp.stack([_dot(r, r), _dot(s, s)]))
     across, beside = _cross(r, s), _cross(q - p, r)
     parallel = abs(across) <= TOUCH * lengths[0] * lengths[1]
     where = xp.stack([_cross(q - p, s), beside]) / xp.where(parallel, 1.0, across)
     slack = TOUCH / xp.clip(lengths, TOUCH, None)
-    follows = (b == a + 1) & ~take(pieces.fresh, b)
-    crosses = ((where >= -slack) & (where <= 1 + slack)).all(0) & ~parallel & ~follows
-    crosses = where_true(crosses)
+    crosses = where_true(((where >= -slack) & (where <= 1 + slack)).all(0) & ~parallel)
     pair = xp.stack([take(a, crosses), take(b, crosses)])
-    where, near = where[:, crosses], slack[:, crosses]
-    place = take(p, crosses) + where[0][:, None] * take(r, crosses)
+    where, near = take(where, crosses), take(slack, crosses)
+    place = take(p, crosses) + where[0] * take(r, crosses)
     at_first, at_last = where <= near, where >= 1 - near
-
-    # One more than there are pieces, for what ends with the last.
-    breaks = xp.concatenate([pieces.fresh, pieces.fresh[:1]])
-    # At a pixel's corner pieces may cross that share no cell.
-    corner = (abs(pieces.first - xp.round(pieces.first)) < TOUCH).all(1)
-    breaks[:-1] |= corner
     breaks[pair[at_first]] = True
     breaks[pair[at_last] + 1] = True
     through = ~(at_first | at_last)
     number = xp.where(through, through.reshape(-1).cumsum(0).reshape(through.shape) - 1, -1)
     partner = xp.stack([number[1], number[0]])
     partner = xp.where(partner < 0, number, partner)
-    cuts = [(pair[through], where[through], xp.stack([place, place])[through], partner[through])]
+    places = xp.stack([place, place], 1)[:, through]
+    cuts = [(pair[through], where[through], places, partner[through])]
 
-    # Pieces that coincide are cut at each other's ends; one that goes straight on does not.
+    # Pieces that coincide are cut at each other's ends.
     along = parallel & (abs(beside) <= TOUCH * xp.clip(lengths[0], TOUCH, None))
-    along = along & ~(follows & ((r * s).sum(1) > 0))
     along = where_true(along & (lengths > TOUCH).all(0))
     count = len(cuts[0][0])
     if len(along):
@@ -187,31 +184,34 @@ def _meetings(pieces: Pieces, a: Any, b: Any) -> Meetings:
         for own, base, chord, points in ((a, p, r, ends[2:]), (b, q, s, ends[:2])):
             own, base, chord = take(own, along), take(base, along), take(chord, along)
             breaks[own], breaks[own + 1] = True, True
-            square = (chord * chord).sum(1)
+            square = _dot(chord, chord)
             edge = TOUCH / xp.sqrt(square)
             for point in points:
-                part = ((point - base) * chord).sum(1) / square
+                part = _dot(point - base, chord) / square
                 inner = where_true((part > edge) & (part < 1 - edge))
                 numbers = count_up(len(inner), inner) + count
                 count += len(inner)
                 cuts.append((take(own, inner), take(part, inner), take(point, inner), numbers))
-    cut, where, place, other = (xp.concatenate(parts) for parts in zip(*cuts, strict=True))
-    return Meetings(breaks, cut, where, place, other)
+    cut, where, places, other = (xp.concatenate(parts, -1) for parts in zip(*cuts, strict=True))
+    return Meetings(breaks, cut, where, places, other)
 
 
 def _cross(a: Any, b: Any) -> Any:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return a[0] * b[1] - a[1] * b[0]
 
 
-def _split(curves: Any, pieces: Pieces, meetings: Meetings, t: Any, place: Any) -> Split:
-    xp = namespace(curves)
-    order = sorting(meetings.cut + 0.999999 * meetings.where)
+def _dot(a: Any, b: Any) -> Any:
+    return a[0] * b[0] + a[1] * b[1]
+
+
+def _split(pieces: Pieces, meetings: Meetings, t: Any, place: Any) -> Split:
+    order = sorting(meetings.cut + BEFORE_NEXT * meetings.where)
     where = take(meetings.where, order)
     cut, t, place = (take(values, order) for values in (meetings.cut, t, place))
     parts, whole, here = _cut_at(pieces, cut, t, place)
-    zero = xp.zeros_like(pieces.start)
+    zero = namespace(t).zeros_like(pieces.start)
     begin, finish = _parted(zero, zero + 1, whole, here, where)
-    breaks = take(meetings.breaks, whole)
+    breaks = take(meetings.breaks[:-1], whole)
     breaks[here] = True
     return Split(parts, whole, (begin + finish) / 2, breaks)
 
@@ -230,12 +230,12 @@ def _cut_at(pieces: Pieces, cut: Any, t: Any, place: Any) -> tuple[Pieces, Any, 
 
 def _parted(begin: Any, end: Any, whole: Any, here: Any, at: Any) -> tuple[Any, Any]:
     begin, end = take(begin, whole), take(end, whole)
-    begin[here], end[here - 1] = at, at
+    begin[..., here], end[..., here - 1] = at, at
     return begin, end
 
 
 def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any, Any]:
-    """Parameters (M,) and places (M, 2) at which arcs meet, from where their chords do.
+    """Parameters (M,) and places (2, M) at which arcs meet, from where their chords do.
 
     Where arcs do not meet in these very pieces, or in another order, the chords' places stay;
     and which pieces (N,) those are.
@@ -245,11 +245,8 @@ def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any, 
     own = take(curves, take(pieces.cubic, cut))
     low, high = take(pieces.start, cut), take(pieces.end, cut)
     t, place, met = _arcs_cross(own, low, high, meetings)
-    if met.all():
-        beside = t
-    else:
-        beside = _beside(own, low, high, pieces, meetings)
-    order = sorting(cut + 0.999999 * meetings.where)
+    beside = t if met.all() else _beside(own, low, high, pieces, meetings)
+    order = sorting(cut + BEFORE_NEXT * meetings.where)
     for _ in range(TRIES):
         settled = xp.where(met, t, beside)
         in_turn, piece = take(settled, order), take(cut, order)
@@ -263,27 +260,25 @@ def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any, 
         beside = _beside(own, low, high, pieces, meetings)
     apart = xp.zeros_like(pieces.fresh)
     apart[take(cut, where_true(~met & (other != count_up(len(cut), cut))))] = True
-    return settled, xp.where(met[:, None], place, meetings.place), apart
+    return settled, xp.where(met, place, meetings.place), apart
 
 
 def _arcs_cross(own: Any, low: Any, high: Any, meetings: Meetings) -> tuple[Any, Any, Any]:
-    """Where arcs cross, by Newton's method: t (M,), the place (M, 2), and whether they do."""
+    """Where arcs cross, by Newton's method: t (M,), the place (2, M), and whether they do."""
     xp = namespace(own)
     other, self = meetings.other, count_up(len(low), meetings.other)
-    slopes = own[:, 1:] * like(SLOPE, own)
     t = low + meetings.where * (high - low)
-    for _ in range(ROUNDS):
-        place = evaluate(own, t[:, None])
+    for rounds in range(ROUNDS + 1):
+        place = evaluate(own, t)
         gap = take(place, other) - place
-        if (abs(gap) < CROSSED).all():
+        near = abs(gap) < CROSSED
+        if rounds == ROUNDS or near.all():
             break
-        along = evaluate_slope(slopes, t[:, None])
+        along = evaluate_slope(own, t)
         across = take(along, other)
-        step = _cross(gap, across) / _cross(along, across)
-        t = xp.clip(t + xp.nan_to_num(step, posinf=0.0, neginf=0.0), low, high)
-    place = evaluate(own, t[:, None])
+        t = _advanced(t, _cross(gap, across) / _cross(along, across), low, high)
     # An entry that has no partner is the end of another piece, and its place is known.
-    met = (abs(take(place, other) - place) < 2 * CROSSED).all(1) & (other != self)
+    met = near[0] & near[1] & (other != self)
     # Both of a crossing have one place, so that what is enclosed stays closed.
     return t, take(place, xp.minimum(other, self)), met
 
@@ -291,13 +286,18 @@ def _arcs_cross(own: Any, low: Any, high: Any, meetings: Meetings) -> tuple[Any,
 def _beside(own: Any, low: Any, high: Any, pieces: Pieces, meetings: Meetings) -> Any:
     """The t (M,) at which an arc comes as far as its chord does, in the direction it goes most."""
     xp = namespace(own)
-    chord = take(pieces.last - pieces.first, meetings.cut)
-    wide = (abs(chord[:, 0]) > abs(chord[:, 1]))[:, None]
-    polynomials = xp.where(wide, own[:, :, 0], own[:, :, 1])
-    goal = xp.where(wide[:, 0], meetings.place[:, 0], meetings.place[:, 1])
-    slopes = polynomials[:, 1:] * like(SLOPE[:, 0], own)
+    chord = abs(take(pieces.last - pieces.first, meetings.cut))
+    wide = chord[0] > chord[1]
+    polynomials = xp.where(wide, own[:, 0], own[:, 1])
+    goal = xp.where(wide, meetings.place[0], meetings.place[1])
     t = low + meetings.where * (high - low)
     for _ in range(ROUNDS):
-        step = (goal - evaluate(polynomials, t)) / evaluate_slope(slopes, t)
-        t = xp.clip(t + xp.nan_to_num(step, posinf=0.0, neginf=0.0), low, high)
+        step = (goal - evaluate(polynomials, t)) / evaluate_slope(polynomials, t)
+        t = _advanced(t, step, low, high)
     return t
+
+
+def _advanced(t: Any, step: Any, low: Any, high: Any) -> Any:
+    """One step of Newton's method, none where it has no end."""
+    xp = namespace(t)
+    return xp.clip(t + xp.where(xp.isfinite(step), step, 0.0), low, high)

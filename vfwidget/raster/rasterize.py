@@ -123,7 +123,7 @@ def image_and_jacobian(
     check_contours(points[None], sizes)
     image, boundary = fill(inner(points[None].double()), sizes, height, width)
     jacobian = boundary.derivative(inner(torch.cat(tangents).double()))
-    return outer(image)[0], outer(jacobian)[0]
+    return outer(image)[0], outer(jacobian)[:, 0].movedim(0, -1)
 
 
 def frame(text: Text, size: tuple[int, int]) -> Tensor:

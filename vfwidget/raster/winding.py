@@ -13,10 +13,21 @@ a ray to the left crosses.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
-from ..arrays import begins, count_up, integers, namespace, sorting, sum_at, take, where_true
-from .crossings import Split, expand, split
+from ..arrays import (
+    begins,
+    count_up,
+    following,
+    integers,
+    namespace,
+    repeat,
+    sorting,
+    sum_at,
+    take,
+    where_true,
+)
+from .crossings import Split, split
 from .cuts import Pieces
 
 BESIDE = 1e-6
@@ -30,7 +41,7 @@ def resolve(curves: Any, pieces: Pieces, rows: int, width: int) -> tuple[Pieces,
 
     Parameters
     ----------
-    curves : (C, 4, 2) array
+    curves : (4, 2, C) array
     pieces : Pieces
     rows, width : int
         Rows of all images together, and columns of one.
@@ -38,59 +49,57 @@ def resolve(curves: Any, pieces: Pieces, rows: int, width: int) -> tuple[Pieces,
     if not len(pieces.cell):
         return pieces, pieces.start
     pieces, parts = split(curves, pieces, width)
-    order = sorting(pieces.cell)
-    rays = _Rays(pieces, order, take(pieces.cell, order) // (width + 2), width + 2)
-    weight = rays.weights(parts, parts.breaks.cumsum(0) - 1)
-    height = (parts.pieces.last - parts.pieces.first)[:, 1] * weight
-    if (abs(sum_at(parts.pieces.cell // (width + 2), height, rows)) > OPEN).any():
+    row = pieces.cell // (width + 2)
+    weight = _weights(pieces, row, rows, parts, parts.breaks.cumsum(0) - 1)
+    height = (parts.pieces.last[1] - parts.pieces.first[1]) * weight
+    if (abs(sum_at(take(row, parts.whole), height, rows)) > OPEN).any():
         # Some touch was overlooked: let every piece speak for itself.
-        weight = rays.weights(parts, count_up(len(weight), weight))
+        weight = _weights(pieces, row, rows, parts, count_up(len(weight), weight))
     return parts.pieces, weight
 
 
-class _Rays(NamedTuple):
-    """Counts what rays to the left cross: chords of pieces, in the order of their rows."""
+def _weights(pieces: Pieces, row: Any, rows: int, parts: Split, run: Any) -> Any:
+    """The weight of each part (N,), taken at the steepest of its run (N,)."""
+    xp = namespace(run)
+    steepness = take(abs(pieces.last[1] - pieces.first[1]), parts.whole)
+    # Within a row a piece climbs no more than 1, so the steepest is the last of its run.
+    order = sorting(run + 0.99 * steepness)
+    chosen = take(order, where_true(following(begins(run))))
 
-    pieces: Pieces
-    order: Any
-    row: Any
-    columns: int
+    piece = take(parts.whole, chosen)
+    first = take(pieces.first, piece)
+    chord = take(pieces.last, piece) - first
+    place = first + take(parts.middle, chosen) * chord
+    length = xp.hypot(chord[0], chord[1])
+    beside = xp.stack([chord[1], -chord[0]]) * (BESIDE / xp.where(length > 0, length, 1.0))
+    sides = xp.concatenate([place + beside, place - beside], -1)
+    # A side may lie in the next row.
+    shift = xp.floor(sides[1]) - xp.floor(xp.concatenate([place[1], place[1]]))
+    there = xp.concatenate([take(row, piece)] * 2) + integers(shift)
+    winding = _winding(pieces, row, rows, sides, there)
+    plus, minus = winding[: len(piece)], winding[len(piece) :]
+    turn = plus - minus
+    inside = (plus != 0) * 1.0 - (minus != 0) * 1.0
+    return take(inside / xp.where(turn != 0, turn, 1.0), run)
 
-    def weights(self, parts: Split, run: Any) -> Any:
-        """The weight of each piece (N,), taken at the steepest piece of its run (N,)."""
-        own, xp = self.pieces, namespace(run)
-        steepness = take(abs((own.last - own.first)[:, 1]), parts.whole)
-        # Within a row a piece climbs no more than 1, so the steepest is the last of its run.
-        order = sorting(run + 0.99 * steepness)
-        chosen = take(order, where_true(xp.roll(begins(run), -1)))
 
-        piece = take(parts.whole, chosen)
-        first = take(own.first, piece)
-        chord = take(own.last, piece) - first
-        place = first + take(parts.middle, chosen)[:, None] * chord
-        length = xp.hypot(chord[:, 0], chord[:, 1])
-        normal = xp.stack([chord[:, 1], -chord[:, 0]], -1)
-        normal = normal / xp.where(length > 0, length, 1.0)[:, None]
-        sides = xp.concatenate([place + BESIDE * normal, place - BESIDE * normal])
-        # A side may lie in the next row.
-        row = take(own.cell, piece) // self.columns - integers(xp.floor(place[:, 1]))
-        rows = xp.concatenate([row, row]) + integers(xp.floor(sides[:, 1]))
-        winding = self.winding(sides, rows)
-        plus, minus = winding[: len(piece)], winding[len(piece) :]
-        inside = (plus != 0) * 1.0 - (minus != 0) * 1.0
-        turn = plus - minus
-        return take(inside / xp.where(turn != 0, turn, 1.0), run)
-
-    def winding(self, points: Any, rows: Any) -> Any:
-        """The winding number (P,) at points (P, 2), each in a row."""
-        xp = namespace(points)
-        begin = xp.searchsorted(self.row, rows)
-        end = xp.searchsorted(self.row, rows, side="right")
-        ray, met = expand(begin, end)
-        met = take(self.order, met)
-        x, y = take(points, ray).T
-        x0, y0 = take(self.pieces.first, met).T
-        x1, y1 = take(self.pieces.last, met).T
-        spans = (y0 <= y) != (y1 <= y)
-        crossed = spans & (x0 + (y - y0) * (x1 - x0) / xp.where(spans, y1 - y0, 1.0) < x)
-        return sum_at(ray, xp.where(crossed, xp.sign(y1 - y0), 0.0), len(points))
+def _winding(pieces: Pieces, row: Any, rows: int, points: Any, there: Any) -> Any:
+    """The winding number (P,) at points (2, P), each in a row: what a ray to the left crosses."""
+    xp = namespace(points)
+    # Only the pieces of those rows, row by row; a row above or below the images has none.
+    asked = count_up(rows + 1, row) < 0
+    asked[there] = True
+    met = where_true(take(asked, row))
+    order = sorting(take(row, met))
+    met = take(met, order)
+    row = take(row, met)
+    begin = xp.searchsorted(row, there)
+    count = xp.searchsorted(row, there, side="right") - begin
+    ray = repeat(count)
+    met = take(met, count_up(len(ray), ray) - take(count.cumsum(0) - count - begin, ray))
+    x, y = take(points, ray)
+    x0, y0 = take(pieces.first, met)
+    x1, y1 = take(pieces.last, met)
+    spans = (y0 <= y) != (y1 <= y)
+    crossed = spans & (x0 + (y - y0) * (x1 - x0) / xp.where(spans, y1 - y0, 1.0) < x)
+    return sum_at(ray, xp.where(crossed, xp.sign(y1 - y0), 0.0), len(there))
