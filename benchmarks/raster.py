@@ -85,14 +85,16 @@ def _line(letters: int) -> vf.Text:
 
 
 def render(segments: Contours, size: tuple[int, int], backend: str = "exact") -> Run:
-    """An image of these contours, and the slope of its ink by their control points."""
+    """An image of these contours, and from some slope by the image that by their control points."""
     leaves = [contour.clone().requires_grad_() for contour in segments]
-    # Some slope, not the same everywhere.
-    weight = torch.linspace(-1, 1, size[0] * size[1], device=leaves[0].device).reshape(size)
+    batch = segments[0].shape[:-3]
+    # Not the same everywhere.
+    slope = torch.linspace(-1, 1, size[0] * size[1]).reshape(size).to(leaves[0])
+    slope = slope.expand(*batch, *size).contiguous()
 
     def once() -> None:
         image = vf.rasterize(leaves, size, backend=backend)
-        torch.autograd.grad((weight * image).sum(), leaves)
+        torch.autograd.grad(image, leaves, slope)
         if image.is_cuda:
             torch.cuda.synchronize()
 

@@ -129,6 +129,15 @@ def sum_at(index: Any, values: Any, length: int) -> Any:
     return sums.reshape(*values.shape[:-1], length)
 
 
+def greatest_at(index: Any, values: Any, length: int) -> Any:
+    """The greatest (length,) of the values (q,) ≥ 0 that have the same index (q,), 0 for none."""
+    greatest = zeros(length, values)
+    if type(values) is np.ndarray:
+        np.maximum.at(greatest, index, values)
+        return greatest
+    return greatest.scatter_reduce_(0, index, values, "amax")
+
+
 def add_at(sums: Any, index: Any, values: Any) -> None:
     """Add the values (q,) to those sums (p,) that the index (q,) names, in place."""
     if type(sums) is np.ndarray:

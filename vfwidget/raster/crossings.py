@@ -85,7 +85,8 @@ def _pairs(pieces: Pieces, width: int) -> tuple[Any, Any]:
     Not those of which one goes on from the other, unless straight back: they meet only there.
     """
     xp = namespace(pieces.cell)
-    piece, cell = count_up(len(pieces.cell), pieces.cell), pieces.cell
+    # With a row more, for what lies on the upper border.
+    piece, cell = count_up(len(pieces.cell), pieces.cell), pieces.cell + width + 2
     middle = (pieces.first + pieces.last) / 2
     border = xp.round(middle)
     along = (abs(pieces.first - border) < TOUCH) & (abs(pieces.last - border) < TOUCH)
@@ -94,7 +95,9 @@ def _pairs(pieces: Pieces, width: int) -> tuple[Any, Any]:
             on = where_true(along[axis])
             side = take(middle[axis] >= border[axis], on)
             piece = xp.concatenate([piece, on])
-            cell = xp.concatenate([cell, take(pieces.cell, on) + xp.where(side, -step, step)])
+            cell = xp.concatenate([cell, take(cell, on) + xp.where(side, -step, step)])
+    shared = where_true(take(xp.bincount(cell), cell) > 1)
+    piece, cell = take(piece, shared), take(cell, shared)
     order = sorting(cell)
     piece, cell = take(piece, order), take(cell, order)
     # Those next to each other in this order, then those next but one, and so on.

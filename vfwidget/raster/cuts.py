@@ -160,17 +160,17 @@ def _border_crossings(curves: Any, turns: Any, height: int, width: int) -> tuple
     knots = xp.concatenate([zero, turns, zero + 1])
     values = evaluate(curves[:, None], knots)
     begin, end = values[:-1], values[1:]
+    way = end - begin
     limit = like(np.array([[width], [height]]), curves)
     lowest = xp.clip(xp.ceil(xp.minimum(begin, end)), 0, None)
     crossed = xp.minimum(xp.floor(xp.maximum(begin, end)), limit) - lowest + 1
-    crossed = integers(xp.clip(crossed, 0, None)).reshape(-1)
+    crossed = integers(xp.where(way != 0, xp.clip(crossed, 0, None), 0)).reshape(-1)
     # Of each monotone stretch, one crossing for each border between its two ends.
     stretch = repeat(crossed)
     before = crossed.cumsum(0) - crossed
     border = take(lowest.reshape(-1) - before, stretch) + count_up(len(stretch), crossed)
     polynomials = take(curves.reshape(4, -1), stretch % (2 * count))
     polynomials[0] -= border
-    way = end - begin
     slopes = evaluate_slope(curves[:, None], knots)
     length = knots[1:] - knots[:-1]
     # How steeply a stretch begins and, inversely, ends: 1 for a line, 0 or 2 next to a turn.

@@ -16,9 +16,8 @@ from __future__ import annotations
 from typing import Any
 
 from ..arrays import (
-    begins,
     count_up,
-    following,
+    greatest_at,
     integers,
     namespace,
     repeat,
@@ -62,9 +61,10 @@ def _weights(pieces: Pieces, row: Any, rows: int, parts: Split, run: Any) -> Any
     """The weight of each part (N,), taken at the steepest of its run (N,)."""
     xp = namespace(run)
     steepness = take(abs(pieces.last[1] - pieces.first[1]), parts.whole)
-    # Within a row a piece climbs no more than 1, so the steepest is the last of its run.
-    order = sorting(run + 0.99 * steepness)
-    chosen = take(order, where_true(following(begins(run))))
+    runs = int(run[-1]) + 1
+    steepest = where_true(steepness == take(greatest_at(run, steepness, runs), run))
+    chosen = count_up(runs, run)
+    chosen[take(run, steepest)] = steepest
 
     piece = take(parts.whole, chosen)
     first = take(pieces.first, piece)
