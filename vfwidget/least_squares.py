@@ -6,8 +6,8 @@ The iteration itself, and the sources of its method, are in :mod:`vfwidget.leven
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,8 +47,6 @@ class Result:
     cost : float
         Sum of squared residuals there (scipy reports half of it), or of the loss.
     residual : (m,) array or tensor
-    active : (n,) int array
-        -1 or 1 where the lower or upper bound holds the point, else 0.
     iterations : int
         Accepted steps.
     status : str
@@ -62,11 +60,19 @@ class Result:
     x: Any
     cost: Any
     residual: Any
-    active: Any
     iterations: Any
     status: Any
     converged: Any
     history: list[Iterate]
+    _active: Callable[[], Array] = field(repr=False, compare=False)
+
+    @cached_property
+    def active(self) -> Array:
+        """-1 or 1, (n,), where the lower or upper bound holds the point, else 0.
+
+        To say so may take a Jacobian, which is evaluated when first asked for.
+        """
+        return self._active()
 
 
 def least_squares(
@@ -172,8 +178,8 @@ def least_squares(
         history: list[Any] = []
         asking = finish(problem(lower, upper), start, max_iterations, history)
         state = drive(asking, answer, derivative)
-        active = active_bounds(problem(lower, upper), state, derivative)
-        return _result([state], [active], [history], outside, max_iterations, single=True)
+        active = partial(active_bounds, problem(lower, upper), state, derivative)
+        return _result([state], active, [history], outside, max_iterations, single=True)
     histories: list[list[Any]] = [[] for _ in start]
     problems = [problem(*sides) for sides in zip(lower, upper, strict=True)]
     askings = [
@@ -181,11 +187,16 @@ def least_squares(
         for each, history in zip(zip(problems, start, strict=True), histories, strict=True)
     ]
     states = drive_many(askings, start, answer, derivative)
-    slopes = derivative(np.stack([state.x for state in states]))
-    actives = [
-        active_bounds(problem, state, partial(lambda own, _: own, own))
-        for problem, state, own in zip(problems, states, slopes, strict=True)
-    ]
+
+    def actives() -> Array:
+        slopes = derivative(np.stack([state.x for state in states]))
+        return np.stack(
+            [
+                active_bounds(problem, state, partial(lambda own, _: own, own))
+                for problem, state, own in zip(problems, states, slopes, strict=True)
+            ]
+        )
+
     return _result(states, actives, histories, outside, max_iterations, single=False)
 
 
@@ -202,7 +213,7 @@ def _as_tensors(x0: Any) -> Callable[[Array], Any]:
 
 def _result(
     states: list[State],
-    actives: list[Array],
+    active: Callable[[], Array],
     histories: list[list[Any]],
     outside: Callable[[Array], Any],
     max_iterations: int,
@@ -216,7 +227,6 @@ def _result(
         x=outside(np.stack([state.x for state in states])),
         cost=outside(np.array([state.cost for state in states])),
         residual=outside(np.stack([state.residual for state in states])),
-        active=np.stack(actives),
         iterations=np.array([state.iterations for state in states]),
         status=[state.reason or limit for state in states],
         converged=np.array([bool(state.reason) for state in states]),
@@ -227,6 +237,7 @@ def _result(
             )
             for moment in zip(*padded, strict=True)
         ],
+        _active=active,
     )
     if not single:
         return result
@@ -234,11 +245,11 @@ def _result(
         x=result.x[0],
         cost=states[0].cost,
         residual=result.residual[0],
-        active=actives[0],
         iterations=states[0].iterations,
         status=result.status[0],
         converged=bool(states[0].reason),
         history=[Iterate(x[0], float(cost[0])) for x, cost in result.history],
+        _active=active,
     )
 
 

@@ -169,8 +169,8 @@ def init(problem: Problem, start: Array) -> Asking:
 def step(problem: Problem, state: State) -> Asking:
     """Linearise if need be, then try one step; ``state`` is changed."""
     tolerances = problem.tolerances
-    if state.cost <= tolerances.zero:
-        state.reason = ZERO
+    if state.cost <= max(tolerances.zero, tolerances.gain):
+        state.reason = ZERO if state.cost <= tolerances.zero else SHORT
         return
     model = state.model
     if model is None:

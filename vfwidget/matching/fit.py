@@ -22,6 +22,8 @@ LOSS_SCALE = 0.1
 """Residuals from this share of the contrast on count as outliers."""
 MOST_TURN, MOST_BLUR = 0.6, 0.05
 """Radians; and a standard deviation, as a share of the picture's longer side."""
+FAINT = 3e-4
+"""The change of a pixel, relative to the loss's scale, that is not worth a step."""
 LEAST_NOISE = 0.5 / 255
 """A pixel's standard deviation: levels are written in steps of 1 / 255."""
 NUDGE = 1e-6
@@ -172,7 +174,7 @@ def _gauss_newton(problem: Problem, max_iterations: int, watch: Watch | None) ->
         max_iterations=max_iterations,
         cost_tolerance=1e-5,
         step_tolerance=1e-7,
-        gain_tolerance=1e-9 * len(problem.target.ravel()) * problem.scale**2,
+        gain_tolerance=FAINT**2 * problem.target.size * problem.scale**2,
         gradient_tolerance=1e-7,
     )
     path = [problem.state(x) for x, _ in found.history]
@@ -222,10 +224,9 @@ def deviations(problem: Problem, state: State) -> Array:
     normal = rows @ rows.T
     size = np.sqrt(normal.diagonal())
     seen = size > 0
-    rows, size = rows[seen], size[seen]
     costs = problem.scale**2 * rho((residual / problem.scale) ** 2, problem.options.loss)[0]
-    told = np.einsum("km,km,m->k", rows, rows, costs) / size**2
-    noise = max(float(np.sqrt(told.sum() / max(len(told), 1))), LEAST_NOISE)
+    size, told = size[seen], np.einsum("km,km,m->k", rows, rows, costs)[seen]
+    noise = max(float(np.sqrt((told / size**2).sum() / max(len(told), 1))), LEAST_NOISE)
     values, vectors = np.linalg.eigh(normal[np.ix_(seen, seen)] / np.outer(size, size))
     # Directions that no pixel sees but for rounding: whatever takes part in one is not to be told.
     null = values < NULL * values[-1:]

@@ -133,7 +133,8 @@ def shrink(image: Array, factor: int) -> Array:
     height, width = image.shape
     padded = np.pad(image, ((0, -height % factor), (0, -width % factor)), mode="edge")
     rows, columns = (side // factor for side in padded.shape)
-    return padded.reshape(rows, factor, columns, factor).mean((1, 3))
+    # Several times as fast as a mean over two dimensions.
+    return np.einsum("rico->rc", padded.reshape(rows, factor, columns, factor)) / factor**2
 
 
 @lru_cache(maxsize=8)

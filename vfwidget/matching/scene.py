@@ -129,18 +129,22 @@ class Scene:
         """Its derivative by what is free of the state's :meth:`~State.flat` form, (f, H, W)."""
         # Where the derivative is asked for beside a kink, the picture is that of the kink.
         picture = self._picture(state, BESIDE)
-        moving = state.theta.size + 4
-        steps = self._moves(state)[..., free[:moving]][self._indices]
-        rows = [_blur(picture.boundary.derivative(steps)[:, 0], picture.variance)]
-        if free[moving]:
-            rows.append(_laplacian(picture.covered)[None] / (2 * self.factor**2))
-        rows = [row * (state.ink - picture.light) for row in rows]
-        if free[moving + 1 : -1].any():
-            paper = np.moveaxis(basis(*self.shape, len(state.light)), -1, 0)
-            rows.append(paper[free[moving + 1 : -1]] * (1 - picture.covered))
-        if free[-1]:
-            rows.append(picture.covered[None])
-        return np.concatenate(rows)
+        count = state.theta.size + len(PLACEMENT)
+        kinds = np.split(free, [count, count + 1, len(free) - 1])
+        # A large array, so none but itself is made: its parts are written in place.
+        rows = np.zeros((free.sum(), *self.shape))
+        outline, blur, paper, ink = np.split(rows, np.cumsum([kind.sum() for kind in kinds[:-1]]))
+        steps = self._moves(state)[..., kinds[0]][self._indices]
+        picture.boundary.derivative(steps, outline[:, None])
+        if picture.variance >= LEAST_BLUR:
+            outline[:] = _blur(outline, picture.variance)
+        if len(blur):
+            blur[:] = _laplacian(picture.covered) / (2 * self.factor**2)
+        rows[: len(outline) + len(blur)] *= state.ink - picture.light
+        over = np.moveaxis(basis(*self.shape, len(state.light)), -1, 0)
+        np.multiply(over[kinds[2]], 1 - picture.covered, out=paper)
+        ink[:] = picture.covered
+        return rows
 
     def _moves(self, state: State) -> Array:
         """How the control points (K, 2) move by Θ and by the placement, (K, 2, size + 4)."""

@@ -74,14 +74,22 @@ class Boundary(NamedTuple):
         slope = xp.stack([-swept[1], swept[0]])
         return xp.einsum("ji,djc->cid", like(POWER, slope), slope)
 
-    def derivative(self, tangents: Any) -> Any:
-        """How the images change, (a, B, H, W), as the control points move by (C, 4, 2, a)."""
+    def derivative(self, tangents: Any, out: Any = None) -> Any:
+        """How the images change, (a, B, H, W), as the control points move by (C, 4, 2, a).
+
+        It is added to ``out``, where that is given.
+        """
         xp = namespace(tangents)
         moved = xp.einsum("ij,cjda->idac", like(POWER, tangents), tangents)
         slopes = (self.curves[1:] * like(SLOPE, tangents))[:, :, None]
         swept = _integral(moved[:, 1], slopes[:, 0]) - _integral(moved[:, 0], slopes[:, 1])
         each = xp.einsum("kn,kan->an", self.powers, take(swept, self.cubic))
-        return sum_at(self.pixel, each, math.prod(self.size)).reshape(-1, *self.size)
+        count, pixels = len(each), math.prod(self.size)
+        if out is None:
+            out = zeros(count * pixels, each).reshape(count, *self.size)
+        for image, values in zip(out.reshape(count, pixels), each, strict=True):
+            add_at(image, self.pixel, values)
+        return out
 
 
 def fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[Any, Boundary]:
