@@ -16,7 +16,7 @@ from ..text import AxisValues, Text
 from .catalogue import match_fonts
 from .fit import FITTED, Options
 from .images import ImageSource, read_image
-from .match import STAGES, Request, Settings, match_text
+from .match import STAGES, Request, Search, Settings
 from .result import Match
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ def match(
             bar.set_postfix_str(stage)
             bar.update()
 
-        outcome = match_text(own, values, request.settings_for(own), advance, shown)
+        outcome = Search(own, values, request.settings_for(own), advance, shown).outcome()
     return Match(own.moved(outcome.state.theta), values, outcome)
 
 

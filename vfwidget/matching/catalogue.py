@@ -17,7 +17,7 @@ from ..arrays import Array
 from ..errors import ImageError, VFWidgetError
 from ..font import Font, load_font
 from ..font.source import FontSource
-from .match import Outcome, Request, match_text, sweep
+from .match import Outcome, Request, Search
 from .result import Match
 
 KEPT = 12
@@ -110,13 +110,13 @@ def _portable(font: Font | FontSource) -> Any:
 def sweep_one(request: Request, image: Array, source: Any) -> float:
     """What share of the ink one font leaves unexplained at its best place of the sweep."""
     text = request.text(load_font(source))
-    return sweep(text, image, request.settings_for(text))
+    return Search(text, image, request.settings_for(text)).unexplained()
 
 
 def fit_one(request: Request, image: Array, source: Any) -> Outcome:
     """The fit of one font."""
     text = request.text(load_font(source))
-    return match_text(text, image, request.settings_for(text))
+    return Search(text, image, request.settings_for(text)).outcome()
 
 
 Work = Callable[[Request, Array, Any], Any]

@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..errors import ImageError
 from ..font import Font
 from ..text import Text
-from .fit import Fit, Options, Problem, Watch, deviations, fit
+from .fit import Options, Problem, Watch, deviations, fit
 from .images import Levels, part, shrink
 from .scene import Scene, State, middle
 from .start import best_starts, candidates, felt, placements, rank
@@ -94,124 +94,132 @@ class Outcome:
     converged: bool
 
 
-def sweep(text: Text, image: Array, settings: Settings) -> float:
-    """What share of the ink's squares the best candidate of the sweep leaves unexplained."""
-    factor = _factor(image.shape, STAGES[0][0])
-    small = shrink(image, factor)
-    _, thetas, places = _candidates(text, small, factor, settings)
-    scene = Scene(text, image.shape, factor)
-    return float(rank(scene, thetas, places, small, settings.terms).min())
+class Search:
+    """The fit of one text to one picture, coarse to fine.
 
-
-def match_text(
-    text: Text,
-    image: Array,
-    settings: Settings,
-    progress: Progress = lambda stage: None,
-    watch: Watch | None = None,
-) -> Outcome:
-    """Fit a text to a picture (H, W)."""
-    size = image.shape
-    coarse = _factor(size, STAGES[0][0])
-    progress("sweep")
-    starts = _starts(text, image, coarse, settings)
-    last = _factor(size, settings.resolution)
-    path = starts[:1]
-    if settings.options.optimizer == "gauss-newton":
-        path = _coarse(text, image, starts, last, settings, progress, watch)
-    progress("full size")
-    problem = Problem(Scene(text, size, last), shrink(image, last), path[-1], settings.options)
-    found = fit(problem, settings.max_iterations, watch)
-    return Outcome(
-        state=found.state,
-        loss=found.loss,
-        score=_score(Scene(text, size, coarse), shrink(image, coarse), found.state),
-        deviation=_deviation(found),
-        path=path[:-1] + found.path,
-        measure=(last, settings.options.loss, problem.scale),
-        iterations=found.iterations,
-        converged=found.converged,
-    )
-
-
-def _coarse(
-    text: Text,
-    image: Array,
-    starts: list[State],
-    last: int,
-    settings: Settings,
-    progress: Progress,
-    watch: Watch | None,
-) -> list[State]:
-    """The path of the best of several starts, each fitted to smaller pictures first."""
-    paths = [[start] for start in starts]
-    for side, count in STAGES if settings.theta is None else STAGES[:1]:
-        factor = max(last, _factor(image.shape, side))
-        progress(f"{side} pixels")
-        scene, small = Scene(text, image.shape, factor), shrink(image, factor)
-        fits = [
-            (path, fit(Problem(scene, small, path[-1], settings.options), COARSE_ITERATIONS, watch))
-            for path in paths[:count]
-        ]
-        fits.sort(key=lambda one: one[1].loss)
-        paths = [path[:-1] + found.path for path, found in fits]
-        if factor == last:
-            break
-    if settings.theta is None and felt(text).any(0).sum() >= MANY:
-        progress("hops")
-        return [*paths[0], _hop(text, image, paths[0][-1], settings.options)]
-    return paths[0]
-
-
-def _hop(text: Text, image: Array, best: State, options: Options) -> State:
-    """Out of a local minimum: fits from where half of the axes stand elsewhere.
-
-    Many axes can all but replace each other, and a picture looks nearly right where several of
-    them are wrong together (basin hopping, Wales and Doye 1997, without its temperature).
+    Parameters
+    ----------
+    text : Text
+    image : (H, W) array
+    settings : Settings
+    progress : callable, optional
+        Told each stage as it begins.
+    watch : callable, optional
+        Shown Θ and the loss at every step.
     """
-    factor = _factor(image.shape, HOP_SIDE)
-    scene, small = Scene(text, image.shape, factor), shrink(image, factor)
-    lower, upper = text.font.bounds
-    chance, movable = np.random.default_rng(0), felt(text)
-    found = fit(Problem(scene, small, best, options), HOP_ITERATIONS)
-    for _ in range(HOPS):
-        if found.loss < PERFECT:
-            break
+
+    def __init__(
+        self,
+        text: Text,
+        image: Array,
+        settings: Settings,
+        progress: Progress = lambda stage: None,
+        watch: Watch | None = None,
+    ) -> None:
+        self.text, self.image, self.settings = text, image, settings
+        self.progress, self.watch = progress, watch
+        self._views: dict[int, tuple[Scene, Array]] = {}
+
+    def unexplained(self) -> float:
+        """What share of the ink's squares the best candidate of the sweep leaves unexplained."""
+        scene, small = self._view(STAGES[0][0])
+        _, thetas, places = self._candidates()
+        return float(rank(scene, thetas, places, small, self.settings.terms).min())
+
+    def outcome(self) -> Outcome:
+        """What the fit comes to."""
+        self.progress("sweep")
+        starts = self._starts()
+        path = starts[:1]
+        if self.settings.options.optimizer == "gauss-newton":
+            path = self._coarse(starts)
+        self.progress("full size")
+        problem = self._problem(self.settings.resolution, path[-1])
+        found = fit(problem, self.settings.max_iterations, self.watch)
         theta = found.state.theta
-        anew = movable & (chance.random(theta.shape) < 0.5)
-        start = replace(found.state, theta=np.where(anew, chance.uniform(lower, upper), theta))
-        other = fit(Problem(scene, small, start, options), HOP_ITERATIONS)
-        if other.loss < BETTER * found.loss:
-            found = other
-    return found.state
+        return Outcome(
+            state=found.state,
+            loss=found.loss,
+            score=_score(*self._view(STAGES[0][0]), found.state),
+            deviation=deviations(problem, found.state)[: theta.size].reshape(theta.shape),
+            path=path[:-1] + found.path,
+            measure=(problem.scene.factor, self.settings.options.loss, problem.scale),
+            iterations=found.iterations,
+            converged=found.converged,
+        )
 
+    def _view(self, side: int) -> tuple[Scene, Array]:
+        """The scene and the picture with no more pixels at the longer side; each made once."""
+        factor = max(1, math.ceil(max(self.image.shape) / side))
+        if factor not in self._views:
+            scene = Scene(self.text, self.image.shape, factor)
+            self._views[factor] = scene, shrink(self.image, factor)
+        return self._views[factor]
 
-def _factor(size: tuple[int, ...], side: int) -> int:
-    return max(1, math.ceil(max(size) / side))
+    def _problem(self, side: int, start: State) -> Problem:
+        return Problem(*self._view(side), start, self.settings.options)
 
+    def _candidates(self) -> tuple[Levels, Array, Array]:
+        """The picture's levels, places of the design space, and each one's place on the ink."""
+        settings, (scene, small) = self.settings, self._view(STAGES[0][0])
+        levels, ink = part(small, settings.terms, settings.dark)
+        thetas = candidates(self.text) if settings.theta is None else settings.theta[None]
+        if settings.placement is not None:
+            places = np.broadcast_to(settings.placement, (len(thetas), 4))
+        else:
+            turn = "turn" in settings.options.fitted
+            places = placements(self.text, thetas, ink, scene.factor, turn)
+        return levels, thetas, places
 
-def _candidates(
-    text: Text, small: Array, factor: int, settings: Settings
-) -> tuple[Levels, Array, Array]:
-    """The picture's levels, places of the design space, and each one's place on the ink."""
-    levels, ink = part(small, settings.terms, settings.dark)
-    thetas = candidates(text) if settings.theta is None else settings.theta[None]
-    if settings.placement is not None:
-        places = np.broadcast_to(settings.placement, (len(thetas), 4))
-    else:
-        places = placements(text, thetas, ink, factor, "turn" in settings.options.fitted)
-    return levels, thetas, places
+    def _starts(self) -> list[State]:
+        """States to fit from, the best first."""
+        levels, thetas, places = self._candidates()
+        chosen = [0]
+        if len(thetas) > 1:
+            scene, small = self._view(STAGES[0][0])
+            unexplained = rank(scene, thetas, places, small, self.settings.terms)
+            chosen = best_starts(thetas, unexplained, STAGES[0][1])
+        return [State(thetas[i], places[i], 0.0, levels.light, levels.ink) for i in chosen]
 
+    def _coarse(self, starts: list[State]) -> list[State]:
+        """The path of the best of several starts, each fitted to smaller pictures first."""
+        paths = [[start] for start in starts]
+        settings = self.settings
+        for side, count in STAGES if settings.theta is None else STAGES[:1]:
+            self.progress(f"{side} pixels")
+            side = min(side, settings.resolution)
+            fits = [
+                (path, fit(self._problem(side, path[-1]), COARSE_ITERATIONS, self.watch))
+                for path in paths[:count]
+            ]
+            fits.sort(key=lambda one: one[1].loss)
+            paths = [path[:-1] + found.path for path, found in fits]
+            if self._view(side) is self._view(settings.resolution):
+                break
+        if settings.theta is None and felt(self.text).any(0).sum() >= MANY:
+            self.progress("hops")
+            return [*paths[0], self._hop(paths[0][-1])]
+        return paths[0]
 
-def _starts(text: Text, image: Array, factor: int, settings: Settings) -> list[State]:
-    """States to fit from, the best first."""
-    small = shrink(image, factor)
-    levels, thetas, places = _candidates(text, small, factor, settings)
-    chosen = [0]
-    if len(thetas) > 1:
-        unexplained = rank(Scene(text, image.shape, factor), thetas, places, small, settings.terms)
-        chosen = best_starts(thetas, unexplained, STAGES[0][1])
-    return [State(thetas[i], places[i], 0.0, levels.light, levels.ink) for i in chosen]
+    def _hop(self, best: State) -> State:
+        """Out of a local minimum: fits from where half of the axes stand elsewhere.
+
+        Many axes can all but replace each other, and a picture looks nearly right where several
+        of them are wrong together (basin hopping, Wales and Doye 1997, without its temperature).
+        """
+        lower, upper = self.text.font.bounds
+        chance, movable = np.random.default_rng(0), felt(self.text)
+        found = fit(self._problem(HOP_SIDE, best), HOP_ITERATIONS)
+        for _ in range(HOPS):
+            if found.loss < PERFECT:
+                break
+            theta = found.state.theta
+            anew = movable & (chance.random(theta.shape) < 0.5)
+            start = replace(found.state, theta=np.where(anew, chance.uniform(lower, upper), theta))
+            other = fit(self._problem(HOP_SIDE, start), HOP_ITERATIONS)
+            if other.loss < BETTER * found.loss:
+                found = other
+        return found.state
 
 
 def _score(scene: Scene, image: Array, state: State) -> float:
@@ -233,11 +241,6 @@ def _score(scene: Scene, image: Array, state: State) -> float:
         ] = True
     shares = [left[part].sum() / max(ink[part].sum(), 1e-12) for part in (near, near | True)]
     return 1 - float(np.mean(shares))
-
-
-def _deviation(found: Fit) -> Array:
-    theta = found.state.theta
-    return deviations(found.problem, found.state)[: theta.size].reshape(theta.shape)
 
 
 @dataclass(frozen=True)
