@@ -1,14 +1,15 @@
 """Outlines to images: time beside diffvg, growth, accuracy, and batches.
 
-Times are of one image and its gradient by the control points, and of the clock on the wall, for
-diffvg computes in as many threads as there are cores. Ours computes in one.
+Times are of one image and its gradient by the control points, and of the clock on the wall. diffvg
+computes in as many threads as there are cores, ours in one, so that beside it the ratio of the
+processors' times is told as well: the one that does not depend on how many cores are free.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 import torch
@@ -101,24 +102,27 @@ def render(segments: Contours, size: tuple[int, int], backend: str = "exact") ->
     return once
 
 
-def in_turns(contestants: list[Run], rounds: int, repeats: list[int]) -> Times:
-    """Seconds on the wall, contestants in turns, a different one first each time.
+def in_turns(contestants: list[Run], rounds: int, repeats: list[int]) -> tuple[Times, Times]:
+    """Seconds on the wall, and of all processors together; contestants in turns.
 
-    Each runs several times at its turn, of which the median counts; one round goes before.
+    A different one begins each time. Each runs several times at its turn, of which the median
+    counts; one round goes before.
     """
     count = len(contestants)
-    seconds: Array = np.zeros((count, rounds + 1))
+    seconds: Array = np.zeros((2, count, rounds + 1))
     for turn in range(rounds + 1):
         for place in range(count):
             who = (place + turn) % count
-            seconds[who, turn] = np.median([_timed(contestants[who]) for _ in range(repeats[who])])
-    return Times(seconds[:, 1:])
+            times = [_timed(contestants[who]) for _ in range(repeats[who])]
+            seconds[:, who, turn] = np.median(times, axis=0)
+    wall, processors = seconds[:, :, 1:]
+    return Times(wall), Times(processors)
 
 
-def _timed(contestant: Run) -> float:
-    begun = perf_counter()
+def _timed(contestant: Run) -> tuple[float, float]:
+    begun = perf_counter(), process_time()
     contestant()
-    return perf_counter() - begun
+    return perf_counter() - begun[0], process_time() - begun[1]
 
 
 def _beside_diffvg(name: str, letter: str, size: tuple[int, int], rounds: int) -> Row:
@@ -126,20 +130,21 @@ def _beside_diffvg(name: str, letter: str, size: tuple[int, int], rounds: int) -
     present = find_spec("pydiffvg") is not None
     backends = ["exact", "diffvg"] if present else ["exact"]
     runs = [render(segments, size, backend) for backend in backends]
-    times = in_turns(runs, rounds, [REPEATS, 1])
+    times, processors = in_turns(runs, rounds, [REPEATS, 1])
+    count = f"{sum(map(len, segments))} segments"
     return Row(
         benchmark="raster",
         case=f"{name} {letter}, {size[0]} × {size[1]}",
         ours=milliseconds(times.median(0)),
         baseline=f"diffvg {milliseconds(times.median(1))}" if present else "no pydiffvg here",
         ratio=str(times.ratio(1, 0)) if present else "",
-        notes=f"{sum(map(len, segments))} segments",
+        notes=f"{count}, {processors.ratio(1, 0)} by processor time" if present else count,
     )
 
 
 def _growth(cases: list[tuple[str, Run]], rounds: int) -> Iterator[Row]:
     """Each case against the first."""
-    times = in_turns([contestant for _, contestant in cases], rounds, [1] * len(cases))
+    times, _ = in_turns([contestant for _, contestant in cases], rounds, [1] * len(cases))
     for i, (case, _) in enumerate(cases):
         yield Row(
             benchmark="raster",
@@ -179,7 +184,7 @@ def _batches(device: str, counts: tuple[int, ...], rounds: int) -> Iterator[Row]
     alone = 0.0
     for count in counts:
         shift = 8 * torch.rand(count, 1, 1, 2, dtype=torch.float64).to(device)
-        times = in_turns([render([s + shift for s in segments], size)], rounds, [1])
+        times, _ = in_turns([render([s + shift for s in segments], size)], rounds, [1])
         each = times.median(0) / count
         alone = alone or each
         yield Row(

@@ -29,7 +29,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import add_at, like, namespace, running_sum, sum_at, take, where_true, zeros
+from ..arrays import (
+    add_at,
+    between,
+    like,
+    namespace,
+    running_sum,
+    stacked,
+    sum_at,
+    take,
+    where_true,
+    zeros,
+)
 from .cuts import POWER, cut
 from .winding import resolve
 
@@ -69,9 +80,9 @@ class Boundary(NamedTuple):
         moments = sum_at(self.cubic, self.powers * here, self.curves.shape[-1])
         moments = moments / like(ORDERS[:, None], moments)
         # ∫ tʲ (−y′, x′) dt for j = 0 … 3, from ∫ tᵏ dt for k = 0 … 5.
-        windows = xp.stack([moments[j : j + 3] for j in range(4)])
+        windows = stacked([moments[j : j + 3] for j in range(4)])
         swept = xp.einsum("jkc,kdc->djc", windows, self.curves[1:] * like(SLOPE, moments))
-        slope = xp.stack([-swept[1], swept[0]])
+        slope = stacked([-swept[1], swept[0]])
         return xp.einsum("ji,djc->cid", like(POWER, slope), slope)
 
     def derivative(self, tangents: Any, out: Any = None) -> Any:
@@ -115,8 +126,8 @@ def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[A
     curves = (like(POWER, points) @ across).reshape(4, 2, -1)
     pieces = cut(curves, sizes, images, height, width)
     pieces, weight = resolve(curves, pieces, images * height, width)
-    cubic, cell = pieces.cubic, pieces.cell
-    powers = _powers(xp.stack([pieces.end, pieces.start]))
+    cubic, row, column = pieces.cubic, pieces.row, pieces.column
+    powers = _powers(stacked([pieces.end, pieces.start]))
     powers = (powers[:, 0] - powers[:, 1]) * weight
 
     # ∫ (x − column) dy: what a piece's own pixel has less than those on its right. Where a chord
@@ -126,10 +137,9 @@ def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[A
     climb = xp.einsum("kn,kn->n", powers[:3], take(curves[1:, 1], cubic))
     cover = weight * (pieces.last[1] - pieces.first[1])
     middle = (pieces.first[0] + pieces.last[0]) / 2
-    row, column = cell // (width + 2), cell % (width + 2) - 1
     missed = area - climb * middle + cover * (middle - column)
     # What lies left of the image counts in full, what lies right of it not at all.
-    pixel = row * width + xp.clip(column, 0, width - 1)
+    pixel = row * width + between(column, 0, width - 1)
     inside = (column >= 0) & (column < width)
     if not inside.all():
         missed, cover = xp.where(inside, missed, 0.0), xp.where(column < width, cover, 0.0)
@@ -150,7 +160,7 @@ def _powers(t: Any) -> Any:
     """t, t², … t⁶, (6, …)."""
     xp = namespace(t)
     square = t * t
-    one_two = xp.stack([t, square])
+    one_two = stacked([t, square])
     three_four = one_two * square
     return xp.concatenate([one_two, three_four, three_four * square])
 

@@ -11,7 +11,18 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..arrays import count_up, integers, namespace, repeat, sorting, sum_at, take, where_true
+from ..arrays import (
+    between,
+    count_up,
+    integers,
+    namespace,
+    repeat,
+    sorting,
+    stacked,
+    sum_at,
+    take,
+    where_true,
+)
 from .cuts import BEFORE_NEXT, Pieces, evaluate, evaluate_slope
 
 TOUCH = 1e-9
@@ -75,7 +86,7 @@ def split(curves: Any, pieces: Pieces, width: int) -> tuple[Pieces, Split]:
         place = evaluate(take(curves, take(pieces.cubic, halved)), t)
         pieces, _, _ = _cut_at(pieces, halved, t, place)
     middle = namespace(curves).zeros_like(pieces.start) + 0.5
-    whole = count_up(len(pieces.cell), pieces.cell)
+    whole = count_up(len(pieces.row), pieces.row)
     return pieces, Split(pieces, whole, middle, meetings.breaks[:-1])
 
 
@@ -84,9 +95,10 @@ def _pairs(pieces: Pieces, width: int) -> tuple[Any, Any]:
 
     Not those of which one goes on from the other, unless straight back: they meet only there.
     """
-    xp = namespace(pieces.cell)
-    # With a row more, for what lies on the upper border.
-    piece, cell = count_up(len(pieces.cell), pieces.cell), pieces.cell + width + 2
+    xp = namespace(pieces.row)
+    # With a row more above, and columns at the sides, for what lies on a border.
+    piece = count_up(len(pieces.row), pieces.row)
+    cell = (pieces.row + 1) * (width + 2) + pieces.column + 1
     middle = (pieces.first + pieces.last) / 2
     border = xp.round(middle)
     along = (abs(pieces.first - border) < TOUCH) & (abs(pieces.last - border) < TOUCH)
@@ -159,13 +171,13 @@ def _meetings(pieces: Pieces, a: Any, b: Any) -> Meetings:
 
     p, q = take(pieces.first, a), take(pieces.first, b)
     r, s = take(pieces.last, a) - p, take(pieces.last, b) - q
-    lengths = xp.sqrt(xp.stack([_dot(r, r), _dot(s, s)]))
+    lengths = xp.sqrt(stacked([_dot(r, r), _dot(s, s)]))
     across, beside = _cross(r, s), _cross(q - p, r)
     parallel = abs(across) <= TOUCH * lengths[0] * lengths[1]
-    where = xp.stack([_cross(q - p, s), beside]) / xp.where(parallel, 1.0, across)
+    where = stacked([_cross(q - p, s), beside]) / xp.where(parallel, 1.0, across)
     slack = TOUCH / xp.clip(lengths, TOUCH, None)
     crosses = where_true(((where >= -slack) & (where <= 1 + slack)).all(0) & ~parallel)
-    pair = xp.stack([take(a, crosses), take(b, crosses)])
+    pair = stacked([take(a, crosses), take(b, crosses)])
     where, near = take(where, crosses), take(slack, crosses)
     place = take(p, crosses) + where[0] * take(r, crosses)
     at_first, at_last = where <= near, where >= 1 - near
@@ -173,7 +185,7 @@ def _meetings(pieces: Pieces, a: Any, b: Any) -> Meetings:
     breaks[pair[at_last] + 1] = True
     through = ~(at_first | at_last)
     number = xp.where(through, through.reshape(-1).cumsum(0).reshape(through.shape) - 1, -1)
-    partner = xp.stack([number[1], number[0]])
+    partner = stacked([number[1], number[0]])
     partner = xp.where(partner < 0, number, partner)
     places = xp.stack([place, place], 1)[:, through]
     cuts = [(pair[through], where[through], places, partner[through])]
@@ -181,22 +193,22 @@ def _meetings(pieces: Pieces, a: Any, b: Any) -> Meetings:
     # Pieces that coincide are cut at each other's ends.
     along = parallel & (abs(beside) <= TOUCH * xp.clip(lengths[0], TOUCH, None))
     along = where_true(along & (lengths > TOUCH).all(0))
+    if not len(along):
+        return Meetings(breaks, *cuts[0])
     count = len(cuts[0][0])
-    if len(along):
-        ends = [take(v, along) for v in (p, p + r, q, q + s)]
-        for own, base, chord, points in ((a, p, r, ends[2:]), (b, q, s, ends[:2])):
-            own, base, chord = take(own, along), take(base, along), take(chord, along)
-            breaks[own], breaks[own + 1] = True, True
-            square = _dot(chord, chord)
-            edge = TOUCH / xp.sqrt(square)
-            for point in points:
-                part = _dot(point - base, chord) / square
-                inner = where_true((part > edge) & (part < 1 - edge))
-                numbers = count_up(len(inner), inner) + count
-                count += len(inner)
-                cuts.append((take(own, inner), take(part, inner), take(point, inner), numbers))
-    cut, where, places, other = (xp.concatenate(parts, -1) for parts in zip(*cuts, strict=True))
-    return Meetings(breaks, cut, where, places, other)
+    ends = [take(v, along) for v in (p, p + r, q, q + s)]
+    for own, base, chord, points in ((a, p, r, ends[2:]), (b, q, s, ends[:2])):
+        own, base, chord = take(own, along), take(base, along), take(chord, along)
+        breaks[own], breaks[own + 1] = True, True
+        square = _dot(chord, chord)
+        edge = TOUCH / xp.sqrt(square)
+        for point in points:
+            part = _dot(point - base, chord) / square
+            inner = where_true((part > edge) & (part < 1 - edge))
+            numbers = count_up(len(inner), inner) + count
+            count += len(inner)
+            cuts.append((take(own, inner), take(part, inner), take(point, inner), numbers))
+    return Meetings(breaks, *(xp.concatenate(parts, -1) for parts in zip(*cuts, strict=True)))
 
 
 def _cross(a: Any, b: Any) -> Any:
@@ -221,14 +233,14 @@ def _split(pieces: Pieces, meetings: Meetings, t: Any, place: Any) -> Split:
 
 def _cut_at(pieces: Pieces, cut: Any, t: Any, place: Any) -> tuple[Pieces, Any, Any]:
     """Pieces cut, in order, at some t and place; which each was part of; which begin at a cut."""
-    parts = 1 + sum_at(cut, namespace(t).ones_like(t), len(pieces.cell))
+    parts = 1 + sum_at(cut, namespace(t).ones_like(t), len(pieces.row))
     whole, here = repeat(integers(parts)), cut + count_up(len(cut), cut) + 1
     start, end = _parted(pieces.start, pieces.end, whole, here, t)
     first, last = _parted(pieces.first, pieces.last, whole, here, place)
     fresh = take(pieces.fresh, whole)
     fresh[here] = False
-    cubic, cell = take(pieces.cubic, whole), take(pieces.cell, whole)
-    return Pieces(cubic, start, end, first, last, cell, fresh), whole, here
+    cubic, row, column = take(stacked([pieces.cubic, pieces.row, pieces.column]), whole)
+    return Pieces(cubic, start, end, first, last, row, column, fresh), whole, here
 
 
 def _parted(begin: Any, end: Any, whole: Any, here: Any, at: Any) -> tuple[Any, Any]:
@@ -303,4 +315,4 @@ def _beside(own: Any, low: Any, high: Any, pieces: Pieces, meetings: Meetings) -
 def _advanced(t: Any, step: Any, low: Any, high: Any) -> Any:
     """One step of Newton's method, none where it has no end."""
     xp = namespace(t)
-    return xp.clip(t + xp.where(xp.isfinite(step), step, 0.0), low, high)
+    return between(t + xp.where(xp.isfinite(step), step, 0.0), low, high)

@@ -13,7 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import (
+    at_least_zero,
     begins,
+    between,
     count_up,
     following,
     integers,
@@ -21,6 +23,7 @@ from ..arrays import (
     namespace,
     repeat,
     sorting,
+    stacked,
     take,
     where_true,
 )
@@ -52,9 +55,9 @@ class Pieces(NamedTuple):
         Parameters on the cubic.
     first, last : (2, N) arrays
         Its two ends, in pixels.
-    cell : (N,) int array
-        Its pixel, in images that have a column more at each side:
-        ``row · (W + 2) + column + 1``, rows of all images counted on.
+    row, column : (N,) int arrays
+        Its pixel: the rows of all images counted on, the column -1 left of an image and W right
+        of it.
     fresh : (N,) bool array
         Whether the piece does not go on from the one before it.
     """
@@ -64,7 +67,8 @@ class Pieces(NamedTuple):
     end: Any
     first: Any
     last: Any
-    cell: Any
+    row: Any
+    column: Any
     fresh: Any
 
 
@@ -117,14 +121,13 @@ def cut(curves: Any, sizes: Sequence[int], images: int, height: int, width: int)
     begin = take(opening, _first_cubics(sizes, images, opening))
     last[:, following(begin) - 1] = take(first, begin)
 
-    column, row = xp.floor((first + last) / 2)
+    column, row = integers(xp.floor((first + last) / 2))
     kept = (row >= 0) & (row < height)
     if images > 1:
         row = row + cubic // (count // images) * height
-    cell = integers(row * (width + 2) + xp.clip(column, -1, width)) + 1
     fresh = ~xp.concatenate([kept[:1], kept[:-1]])
     fresh[begin] = True
-    pieces = Pieces(cubic, start, end, first, last, cell, fresh)
+    pieces = Pieces(cubic, start, end, first, last, row, between(column, -1, width), fresh)
     if kept.all():
         return pieces
     kept = where_true(kept)
@@ -145,11 +148,11 @@ def _turns(curves: Any) -> Any:
     xp = namespace(curves)
     c, b, a = curves[1], curves[2], 3 * curves[3]
     # Roots of a t² + 2 b t + c, in the form that survives a = 0.
-    root = xp.sqrt(xp.clip(b * b - a * c, 0, None))
+    root = xp.sqrt(at_least_zero(b * b - a * c))
     q = -(b + xp.where(b < 0, -root, root))
-    t = xp.stack([q / a, c / q])
+    t = stacked([q / a, c / q])
     t = xp.where((t > 0) & (t < 1), t, 0.0)
-    return xp.stack([xp.minimum(t[0], t[1]), xp.maximum(t[0], t[1])])
+    return stacked([xp.minimum(t[0], t[1]), xp.maximum(t[0], t[1])])
 
 
 def _border_crossings(curves: Any, turns: Any, height: int, width: int) -> tuple[Any, Any]:
@@ -162,9 +165,9 @@ def _border_crossings(curves: Any, turns: Any, height: int, width: int) -> tuple
     begin, end = values[:-1], values[1:]
     way = end - begin
     limit = like(np.array([[width], [height]]), curves)
-    lowest = xp.clip(xp.ceil(xp.minimum(begin, end)), 0, None)
+    lowest = at_least_zero(xp.ceil(xp.minimum(begin, end)))
     crossed = xp.minimum(xp.floor(xp.maximum(begin, end)), limit) - lowest + 1
-    crossed = integers(xp.where(way != 0, xp.clip(crossed, 0, None), 0)).reshape(-1)
+    crossed = integers(xp.where(way != 0, at_least_zero(crossed), 0.0)).reshape(-1)
     # Of each monotone stretch, one crossing for each border between its two ends.
     stretch = repeat(crossed)
     before = crossed.cumsum(0) - crossed
@@ -174,26 +177,25 @@ def _border_crossings(curves: Any, turns: Any, height: int, width: int) -> tuple
     slopes = evaluate_slope(curves[:, None], knots)
     length = knots[1:] - knots[:-1]
     # How steeply a stretch begins and, inversely, ends: 1 for a line, 0 or 2 next to a turn.
-    lead = xp.clip(1 + (slopes[:-1] - slopes[1:]) * length / (2 * way), 0, 2)
-    about = xp.stack([knots[:-1], length, begin, way, lead]).reshape(5, -1)
+    lead = between(1 + (slopes[:-1] - slopes[1:]) * length / (2 * way), 0.0, 2.0)
+    about = stacked([knots[:-1], length, begin, way, lead]).reshape(5, -1)
     low, length, begin, way, lead = take(about, stretch)
     part = (border - begin) / way
     # Exact for a parabola, such as a quadratic curve raised to a cubic.
-    part = 2 * part / (lead + xp.sqrt(xp.clip(lead * lead + 4 * (1 - lead) * part, 0, None)))
+    part = 2 * part / (lead + xp.sqrt(at_least_zero(lead * lead + 4 * (1 - lead) * part)))
     return stretch % count, _root(polynomials, low, low + length, low + part * length)
 
 
 def _root(polynomials: Any, low: Any, high: Any, t: Any) -> Any:
     """The root (N,), near t, of each cubic polynomial (4, N) on a stretch where it is monotone."""
-    xp = namespace(polynomials)
-    t = xp.clip(t, low, high)
+    t = between(t, low, high)
     for rounds in range(ROUNDS + 1):
         value = evaluate(polynomials, t)
         # NaN, where Newton's method fell on a flat place, is not near.
         rest = where_true(~(abs(value) < ON_BORDER))
         if FEW * len(rest) <= len(t) or rounds == ROUNDS:
             break
-        t = xp.clip(t - value / evaluate_slope(polynomials, t), low, high)
+        t = between(t - value / evaluate_slope(polynomials, t), low, high)
     if len(rest):
         t[rest] = _search(*(take(values, rest) for values in (polynomials, low, high, t)))
     return t

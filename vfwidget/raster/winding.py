@@ -22,6 +22,7 @@ from ..arrays import (
     namespace,
     repeat,
     sorting,
+    stacked,
     sum_at,
     take,
     where_true,
@@ -45,19 +46,18 @@ def resolve(curves: Any, pieces: Pieces, rows: int, width: int) -> tuple[Pieces,
     rows, width : int
         Rows of all images together, and columns of one.
     """
-    if not len(pieces.cell):
+    if not len(pieces.row):
         return pieces, pieces.start
     pieces, parts = split(curves, pieces, width)
-    row = pieces.cell // (width + 2)
-    weight = _weights(pieces, row, rows, parts, parts.breaks.cumsum(0) - 1)
+    weight = _weights(pieces, rows, parts, parts.breaks.cumsum(0) - 1)
     height = (parts.pieces.last[1] - parts.pieces.first[1]) * weight
-    if (abs(sum_at(take(row, parts.whole), height, rows)) > OPEN).any():
+    if (abs(sum_at(parts.pieces.row, height, rows)) > OPEN).any():
         # Some touch was overlooked: let every piece speak for itself.
-        weight = _weights(pieces, row, rows, parts, count_up(len(weight), weight))
+        weight = _weights(pieces, rows, parts, count_up(len(weight), weight))
     return parts.pieces, weight
 
 
-def _weights(pieces: Pieces, row: Any, rows: int, parts: Split, run: Any) -> Any:
+def _weights(pieces: Pieces, rows: int, parts: Split, run: Any) -> Any:
     """The weight of each part (N,), taken at the steepest of its run (N,)."""
     xp = namespace(run)
     steepness = take(abs(pieces.last[1] - pieces.first[1]), parts.whole)
@@ -71,28 +71,27 @@ def _weights(pieces: Pieces, row: Any, rows: int, parts: Split, run: Any) -> Any
     chord = take(pieces.last, piece) - first
     place = first + take(parts.middle, chosen) * chord
     length = xp.hypot(chord[0], chord[1])
-    beside = xp.stack([chord[1], -chord[0]]) * (BESIDE / xp.where(length > 0, length, 1.0))
+    beside = stacked([chord[1], -chord[0]]) * (BESIDE / xp.where(length > 0, length, 1.0))
     sides = xp.concatenate([place + beside, place - beside], -1)
     # A side may lie in the next row.
     shift = xp.floor(sides[1]) - xp.floor(xp.concatenate([place[1], place[1]]))
-    there = xp.concatenate([take(row, piece)] * 2) + integers(shift)
-    winding = _winding(pieces, row, rows, sides, there)
+    there = xp.concatenate([take(pieces.row, piece)] * 2) + integers(shift)
+    winding = _winding(pieces, rows, sides, there)
     plus, minus = winding[: len(piece)], winding[len(piece) :]
     turn = plus - minus
     inside = (plus != 0) * 1.0 - (minus != 0) * 1.0
     return take(inside / xp.where(turn != 0, turn, 1.0), run)
 
 
-def _winding(pieces: Pieces, row: Any, rows: int, points: Any, there: Any) -> Any:
+def _winding(pieces: Pieces, rows: int, points: Any, there: Any) -> Any:
     """The winding number (P,) at points (2, P), each in a row: what a ray to the left crosses."""
     xp = namespace(points)
     # Only the pieces of those rows, row by row; a row above or below the images has none.
-    asked = count_up(rows + 1, row) < 0
+    asked = count_up(rows + 1, there) < 0
     asked[there] = True
-    met = where_true(take(asked, row))
-    order = sorting(take(row, met))
-    met = take(met, order)
-    row = take(row, met)
+    met = where_true(take(asked, pieces.row))
+    met = take(met, sorting(take(pieces.row, met)))
+    row = take(pieces.row, met)
     begin = xp.searchsorted(row, there)
     count = xp.searchsorted(row, there, side="right") - begin
     ray = repeat(count)
