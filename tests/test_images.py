@@ -11,7 +11,15 @@ import torch
 from PIL import Image
 
 import vfwidget as vf
-from vfwidget.matching.images import MOST_PIXELS, basis, part, read_image, shrink
+from vfwidget.matching.images import (
+    MOST_PIXELS,
+    basis,
+    noise_variance,
+    part,
+    read_image,
+    shrink,
+)
+from vfwidget.matching.start import readings
 
 SIZE = (48, 56)
 NAN = float("nan")
@@ -278,6 +286,32 @@ def test_shrinking_takes_means():
     assert ragged[3, 5] == pytest.approx(
         np.pad(image[9:11, 15:17], ((0, 1), (0, 1)), mode="edge").mean()
     )
+
+
+@pytest.mark.parametrize("deviation", [0.0, 0.01, 0.1])
+def test_noise_is_told_from_letters(deviation):
+    image = 0.2 + 0.6 * pictures.draw(vf.Text("afacad-flux", "ag"), (96, 128))
+    image *= np.linspace(0.8, 1, 128)
+    noise = np.random.default_rng(5).normal(0, deviation, image.shape)
+    assert noise_variance(image + noise) == pytest.approx(deviation**2, rel=0.2, abs=1e-8)
+
+
+def test_readings_of_ink():
+    ink = np.zeros((20, 30))
+    ink[5:9, 4:8] = 1
+    # Joined at a corner, a diagonal, and so one with it.
+    ink[9:12, 8:11] = np.eye(3)
+    ink[4:14, 20:24] = 0.5
+    ink[:2, 28:] = 1
+    ink[18, 18] = 0.4
+    left, right, corner, speck = (np.zeros_like(ink) for _ in range(4))
+    left[5:12, 4:11] = ink[5:12, 4:11]
+    right[:, 20:24] = ink[:, 20:24]
+    corner[:2, 28:], speck[18, 18] = 1, 0.4
+    assert (left + right + corner + speck == ink).all()
+    expected = [right + corner + speck, left + corner + speck, left + right + speck, right]
+    assert {one.tobytes() for one in readings(ink)} == {one.tobytes() for one in expected}
+    assert readings(left) == []
 
 
 def test_the_basis_of_the_light():

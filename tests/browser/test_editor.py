@@ -212,6 +212,7 @@ def test_letters_set_apart_move_apart(show: Any) -> None:
     assert screen.outline(0) == first or found["axes"][0] != text.axes[0]
 
 
+@pytest.mark.slow
 def test_a_slow_solve_settles_soon_after_120_moves(show: Any) -> None:
     slow = """
 import time
@@ -297,6 +298,7 @@ def test_python_moves_the_view(show: Any) -> None:
     assert screen.root.locator(".vfw-pin").count() == 1
 
 
+@pytest.mark.slow
 def test_a_dead_kernel_is_shown_and_sliders_still_draw(show: Any) -> None:
     screen = show()
     text = vf.Text("roboto-flex", "no")

@@ -14,13 +14,16 @@ from ..errors import ImageError
 from ..font import Font
 from ..text import Text
 from .fit import Options, Problem, Watch, deviations, fit
-from .images import Levels, part, shrink
+from .images import noise_variance, part, shrink
 from .scene import Scene, State, middle
-from .start import best_starts, candidates, felt, placements, rank
+from .start import best_starts, candidates, felt, placements, rank, readings
 
 STAGES = ((48, 6), (96, 3))
 """Pixels of the longer side, and how many starts are fitted at them, before the last stage."""
 COARSE_ITERATIONS = 12
+UNLIKE, SPARSE = 0.25, 4
+"""If the best candidate leaves more of the ink unexplained, not all of that may be the text; one
+candidate in so many is enough to tell."""
 MANY = 6
 """Axes from which on they replace each other so well that a fit may be caught between them."""
 HOP_SIDE, HOPS, HOP_ITERATIONS = 64, 16, 20
@@ -72,7 +75,7 @@ class Outcome:
     loss : float
         Mean cost of a pixel at the last stage.
     score : float
-        Share of the ink, seen from afar, that the fitted picture explains: 1 is all.
+        Share of the ink, noise apart, that the fitted picture explains: 1 is all.
     deviation : (parameters, n) array
         Standard deviation of Θ; infinite where the picture does not show an axis.
     path : list of State
@@ -122,9 +125,7 @@ class Search:
 
     def unexplained(self) -> float:
         """What share of the ink's squares the best candidate of the sweep leaves unexplained."""
-        scene, small = self._view(STAGES[0][0])
-        _, thetas, places = self._candidates()
-        return float(rank(scene, thetas, places, small, self.settings.terms).min())
+        return float(self._candidates()[1].min())
 
     def outcome(self) -> Outcome:
         """What the fit comes to."""
@@ -140,13 +141,18 @@ class Search:
         return Outcome(
             state=found.state,
             loss=found.loss,
-            score=_score(*self._view(STAGES[0][0]), found.state),
+            score=self._score(found.state),
             deviation=deviations(problem, found.state)[: theta.size].reshape(theta.shape),
             path=path[:-1] + found.path,
             measure=(problem.scene.factor, self.settings.options.loss, problem.scale),
             iterations=found.iterations,
             converged=found.converged,
         )
+
+    def _score(self, state: State) -> float:
+        """What share of the ink a state explains, seen from afar."""
+        scene, small = self._view(STAGES[0][0])
+        return _score(scene, small, state, noise_variance(self.image) / scene.factor**2)
 
     def _view(self, side: int) -> tuple[Scene, Array]:
         """The scene and the picture with no more pixels at the longer side; each made once."""
@@ -159,27 +165,41 @@ class Search:
     def _problem(self, side: int, start: State) -> Problem:
         return Problem(*self._view(side), start, self.settings.options)
 
-    def _candidates(self) -> tuple[Levels, Array, Array]:
-        """The picture's levels, places of the design space, and each one's place on the ink."""
+    def _candidates(self) -> tuple[list[State], Array]:
+        """Places of the design space put where the ink is, and what each leaves unexplained."""
         settings, (scene, small) = self.settings, self._view(STAGES[0][0])
         levels, ink = part(small, settings.terms, settings.dark)
         thetas = candidates(self.text) if settings.theta is None else settings.theta[None]
-        if settings.placement is not None:
-            places = np.broadcast_to(settings.placement, (len(thetas), 4))
-        else:
-            turn = "turn" in settings.options.fitted
-            places = placements(self.text, thetas, ink, scene.factor, turn)
-        return levels, thetas, places
+
+        def put(thetas: Array, ink: Array) -> tuple[Array, Array]:
+            if settings.placement is not None:
+                places = np.broadcast_to(settings.placement, (len(thetas), 4))
+            else:
+                turn = "turn" in settings.options.fitted
+                places = placements(self.text, thetas, ink, scene.factor, turn)
+            return places, rank(scene, thetas, places, small, settings.terms)
+
+        places, shares = put(thetas, ink)
+        if shares.min() > UNLIKE and settings.placement is None:
+            # A few candidates tell which of the ink is the text.
+            others = [(put(thetas[::SPARSE], other)[1].min(), other) for other in readings(ink)]
+            least, other = min(others, key=lambda one: one[0], default=(1.0, ink))
+            if least < shares.min():
+                places, shares = put(thetas, other)
+        states = [
+            State(theta, place, 0.0, levels.light, levels.ink)
+            for theta, place in zip(thetas, places, strict=True)
+        ]
+        return states, shares
 
     def _starts(self) -> list[State]:
         """States to fit from, the best first."""
-        levels, thetas, places = self._candidates()
-        chosen = [0]
-        if len(thetas) > 1:
-            scene, small = self._view(STAGES[0][0])
-            unexplained = rank(scene, thetas, places, small, self.settings.terms)
-            chosen = best_starts(thetas, unexplained, STAGES[0][1])
-        return [State(thetas[i], places[i], 0.0, levels.light, levels.ink) for i in chosen]
+        settings = self.settings
+        if settings.theta is not None and settings.placement is not None:
+            small = self._view(STAGES[0][0])[1]
+            levels, _ = part(small, settings.terms, settings.dark)
+            return [State(settings.theta, settings.placement, 0.0, levels.light, levels.ink)]
+        return best_starts(*self._candidates(), STAGES[0][1])
 
     def _coarse(self, starts: list[State]) -> list[State]:
         """The path of the best of several starts, each fitted to smaller pictures first."""
@@ -222,8 +242,8 @@ class Search:
         return found.state
 
 
-def _score(scene: Scene, image: Array, state: State) -> float:
-    """1 less the share of the ink's squares that is left.
+def _score(scene: Scene, image: Array, state: State, noise: float) -> float:
+    """1 less the share of the ink's squares that is left, what noise of some variance has apart.
 
     The mean of that over the picture and of that around the text, so that a stain far off counts
     for half, and letters that the text leaves out still count.
@@ -239,7 +259,14 @@ def _score(scene: Scene, image: Array, state: State) -> float:
             max(0, rows[0] - margin) : rows[-1] + margin + 1,
             max(0, columns[0] - margin) : columns[-1] + margin + 1,
         ] = True
-    shares = [left[part].sum() / max(ink[part].sum(), 1e-12) for part in (near, near | True)]
+    shares = []
+    for here in (near, near | True):
+        unexplained, all_ink = left[here].sum(), ink[here].sum()
+        expected = noise * here.sum()
+        # Where there is hardly more than noise, it is not to be told from ink.
+        if expected < all_ink / 2:
+            unexplained, all_ink = max(unexplained - expected, 0.0), all_ink - expected
+        shares.append(unexplained / max(all_ink, 1e-12))
     return 1 - float(np.mean(shares))
 
 

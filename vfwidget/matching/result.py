@@ -18,7 +18,7 @@ from .scene import Scene, State
 if TYPE_CHECKING:
     import torch
 
-GOOD = 0.9
+GOOD = 0.95
 """The least share of the ink that a match explains."""
 UNSEEN = 0.1
 """A standard deviation, in normalized coordinates, from which on an axis cannot be told."""
@@ -60,7 +60,7 @@ class Match:
 
     @property
     def score(self) -> float:
-        """Share of the ink that the fitted picture explains, seen from afar; 1 is all."""
+        """Share of the ink that the fitted picture explains, noise apart; 1 is all."""
         return self.outcome.score
 
     @property
@@ -159,7 +159,7 @@ class Match:
             f"{self.text.string!r}"
         ]
         if self.status == "poor":
-            lines.append("The picture hardly shows this text in this font; trust no axis below.")
+            lines.append("That is no instance of this font; the axes are of the nearest at best.")
         axes = [self.axes] if self.text.shared else self.axes
         spread = [self.uncertainty] if self.text.shared else self.uncertainty
         for letter, (values, about) in enumerate(zip(axes, spread, strict=True)):

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from ..arrays import Array, BoolArray
+from ..arrays import Array, BoolArray, IntArray
 from ..errors import ImageError
 from ..text import Text
 from .images import basis
-from .scene import Scene
+from .scene import Scene, State
 
 SWEEP = 160
 """Places of the design space that are tried."""
@@ -19,6 +19,8 @@ APART = 0.2
 CANVAS = 48
 """Pixels of the picture in which a candidate's ink is measured."""
 MOST_TURN = math.radians(25)
+MOST_COMPONENTS, SPECK = 6, 0.02
+"""Of the ink: how many are looked at, and the share of a speck that moves no start."""
 LONG = 1.5
 """How much longer than broad ink has to be for its direction to say how it is turned."""
 
@@ -89,6 +91,37 @@ def placements(text: Text, thetas: Array, ink: Array, factor: int, turn: bool) -
     return np.array(found)
 
 
+def readings(ink: Array) -> list[Array]:
+    """What else of an image's ink (H, W) may be the text, if not all of it.
+
+    Stains, and what else stands beside a text, are mostly not connected with it: so the ink
+    without any one of its large components, without those that touch the border, or only the
+    largest.
+    """
+    labels = _components(ink > 0)
+    amounts = np.bincount(labels.ravel(), ink.ravel())
+    large = np.argsort(-amounts)[:MOST_COMPONENTS]
+    large = large[amounts[large] > SPECK * ink.sum()]
+    border = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
+    without = [*large[:, None], np.unique(border), np.delete(np.arange(len(amounts)), large[0])]
+    kept = (np.where(np.isin(labels, left_out), 0.0, ink) for left_out in without)
+    found = {one.tobytes(): one for one in kept if one.any()}
+    found.pop(ink.tobytes(), None)
+    return list(found.values())
+
+
+def _components(mask: BoolArray) -> IntArray:
+    """A number for each connected component, corners included, and 0 where nothing is, (H, W)."""
+    labels = np.where(mask, np.arange(1, mask.size + 1).reshape(mask.shape), 0)
+    while True:
+        around = np.pad(labels, 1)
+        rows = np.maximum(np.maximum(around[:-2], around[1:-1]), around[2:])
+        grown = np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:]) * mask
+        if np.array_equal(grown, labels):
+            return np.unique(labels, return_inverse=True)[1].reshape(mask.shape)
+        labels = grown
+
+
 class _Moments:
     """Middle, extent and direction of an image's ink, in pixels."""
 
@@ -122,13 +155,13 @@ def rank(scene: Scene, thetas: Array, places: Array, image: Array, terms: int) -
     return 1 - along / max(float(goal @ goal), 1e-12)
 
 
-def best_starts(thetas: Array, unexplained: Array, count: int) -> list[int]:
-    """The best candidates that are not near a better one."""
-    chosen: list[int] = []
+def best_starts(states: list[State], unexplained: Array, count: int) -> list[State]:
+    """The best states that are not near a better one."""
+    chosen: list[State] = []
     for i in np.argsort(unexplained, kind="stable"):
-        near = (np.abs(thetas[i] - thetas[j]).max() < APART for j in chosen)
+        near = (np.abs(states[i].theta - other.theta).max() < APART for other in chosen)
         if not any(near):
-            chosen.append(int(i))
+            chosen.append(states[i])
         if len(chosen) == count:
             break
     return chosen
