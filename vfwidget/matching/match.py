@@ -152,7 +152,7 @@ class Search:
     def _score(self, state: State) -> float:
         """What share of the ink a state explains, seen from afar."""
         scene, small = self._view(STAGES[0][0])
-        return _score(scene, small, state, noise_variance(self.image) / scene.factor**2)
+        return _explained(scene, small, state, noise_variance(self.image) / scene.factor**2)
 
     def _view(self, side: int) -> tuple[Scene, Array]:
         """The scene and the picture with no more pixels at the longer side; each made once."""
@@ -242,7 +242,7 @@ class Search:
         return found.state
 
 
-def _score(scene: Scene, image: Array, state: State, noise: float) -> float:
+def _explained(scene: Scene, image: Array, state: State, noise: float) -> float:
     """1 less the share of the ink's squares that is left, what noise of some variance has apart.
 
     The mean of that over the picture and of that around the text, so that a stain far off counts
