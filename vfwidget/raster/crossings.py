@@ -2,9 +2,10 @@ r"""Where contours cross or touch, and pieces cut there.
 
 A contour can only be crossed in a pixel that both pass through. There the chords of the pieces
 cross as often, modulo two, as the arcs do, for both end on the pixel's border; so the chords
-decide what crosses what, and the arcs where exactly. Where arcs cross in other pieces than their
-chords do, which takes a loop or a gap smaller than a pixel, they are halved; after a few times the
-chords' crossing stands in.
+decide what crosses what, and the arcs where exactly. Bent arcs may cross twice where their chords
+do not, and arcs may cross in other pieces than their chords do, in loops or gaps smaller than a
+pixel: such pieces are halved until their chords are close to them. What then may be overlooked
+is a lens as thin as :data:`BENT`; and after a few times the chords' crossing stands in.
 """
 
 from __future__ import annotations
@@ -31,8 +32,10 @@ ROUNDS = 6
 """Of Newton's method, from where chords cross to where arcs do."""
 CROSSED = 1e-10
 """In pixels, how near to each other arcs that cross have come then."""
-HALVINGS = 4
-"""How often pieces are halved whose chords cross but whose arcs do not."""
+BENT = 0.02
+"""In pixels, how far from its chord an arc may be in the middle when it meets others."""
+HALVINGS = 6
+"""How often pieces are halved that are bent, or whose chords cross but whose arcs do not."""
 TRIES = 4
 """How often crossings that come in a wrong order are taken back."""
 
@@ -74,20 +77,34 @@ def split(curves: Any, pieces: Pieces, width: int) -> tuple[Pieces, Split]:
     split : Split
     """
     for rounds in range(HALVINGS + 1):
-        meetings = _meetings(pieces, *_pairs(pieces, width))
-        if not len(meetings.cut):
-            break
-        t, place, apart = _refine(curves, pieces, meetings)
-        if rounds == HALVINGS or not apart.any():
-            return pieces, _split(pieces, meetings, t, place)
-        # Chords crossed where their arcs do not: shorter ones are nearer to them.
-        halved = where_true(apart)
+        pairs = _pairs(pieces, width)
+        halved = _bent(curves, pieces, *pairs)
+        if rounds == HALVINGS or not len(halved):
+            meetings = _meetings(pieces, *pairs)
+            if not len(meetings.cut):
+                break
+            t, place, halved = _refine(curves, pieces, meetings)
+            if rounds == HALVINGS or not len(halved):
+                return pieces, _split(pieces, meetings, t, place)
+        # Shorter chords are nearer to their arcs.
         t = (take(pieces.start, halved) + take(pieces.end, halved)) / 2
         place = evaluate(take(curves, take(pieces.cubic, halved)), t)
         pieces, _, _ = _cut_at(pieces, halved, t, place)
     middle = namespace(curves).zeros_like(pieces.start) + 0.5
     whole = count_up(len(pieces.row), pieces.row)
     return pieces, Split(pieces, whole, middle, meetings.breaks[:-1])
+
+
+def _bent(curves: Any, pieces: Pieces, a: Any, b: Any) -> Any:
+    """Which pieces of these pairs are so bent that they may cross where their chords do not."""
+    xp = namespace(curves)
+    paired = xp.concatenate([a, b])
+    t = (take(pieces.start, paired) + take(pieces.end, paired)) / 2
+    chord = (take(pieces.first, paired) + take(pieces.last, paired)) / 2
+    away = evaluate(take(curves, take(pieces.cubic, paired)), t) - chord
+    bent = xp.zeros_like(pieces.fresh)
+    bent[take(paired, where_true(_dot(away, away) > BENT**2))] = True
+    return where_true(bent)
 
 
 def _pairs(pieces: Pieces, width: int) -> tuple[Any, Any]:
@@ -253,7 +270,7 @@ def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any, 
     """Parameters (M,) and places (2, M) at which arcs meet, from where their chords do.
 
     Where arcs do not meet in these very pieces, or in another order, the chords' places stay;
-    and which pieces (N,) those are.
+    and which pieces those are.
     """
     xp = namespace(curves)
     cut, other = meetings.cut, meetings.other
@@ -275,7 +292,7 @@ def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any, 
         beside = _beside(own, low, high, pieces, meetings)
     apart = xp.zeros_like(pieces.fresh)
     apart[take(cut, where_true(~met & (other != count_up(len(cut), cut))))] = True
-    return settled, xp.where(met, place, meetings.place), apart
+    return settled, xp.where(met, place, meetings.place), where_true(apart)
 
 
 def _arcs_cross(own: Any, low: Any, high: Any, meetings: Meetings) -> tuple[Any, Any, Any]:
