@@ -13,8 +13,13 @@ import pytest
 from nbclient import NotebookClient
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
-LONG = {"11-raster-font-matching"}
-"""Half a minute and more."""
+LONG = {
+    "02-normalization",
+    "03-support-functions-and-delta-sets",
+    "07-least-squares-in-axis-space",
+    "11-raster-font-matching",
+}
+"""Ten seconds and more."""
 SECONDS = 90
 NOWHERE = "http://127.0.0.1:9"
 ABSOLUTE_PATH = re.compile(r"""(?:^|[\s"'`(=])(?:/\w[\w.-]*/|~/|[A-Za-z]:\\|file:)""", re.MULTILINE)

@@ -173,6 +173,7 @@ def test_a_click_pins_and_the_pin_holds_and_a_click_unpins(show: Any) -> None:
     assert screen.root.locator(".vfw-pin").count() == 0
 
 
+@pytest.mark.slow
 def test_sliders_redraw_while_the_kernel_is_busy_and_it_hears_of_them_after(show: Any) -> None:
     screen = show()
     before = screen.outline()

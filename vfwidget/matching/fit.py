@@ -22,7 +22,7 @@ LOSS_SCALE = 0.1
 """Residuals from this share of the contrast on count as outliers."""
 MOST_TURN, MOST_BLUR = 0.6, 0.05
 """Radians; and a standard deviation, as a share of the picture's longer side."""
-FAINT = 3e-4
+FAINT = 3e-5
 """The change of a pixel, relative to the loss's scale, that is not worth a step."""
 LEAST_NOISE = 0.5 / 255
 """A pixel's standard deviation: levels are written in steps of 1 / 255."""

@@ -21,9 +21,9 @@ from .start import best_starts, candidates, felt, placements, rank, readings
 STAGES = ((48, 6), (96, 3))
 """Pixels of the longer side, and how many starts are fitted at them, before the last stage."""
 COARSE_ITERATIONS = 12
-UNLIKE, SPARSE = 0.25, 4
-"""If the best candidate leaves more of the ink unexplained, not all of that may be the text; one
-candidate in so many is enough to tell."""
+UNLIKE, MUCH_LESS, SPARSE = 0.25, 0.75, 4
+"""If the best candidate leaves more of the ink unexplained, not all of that may be the text; what
+share of it a part of the ink has to leave to be believed; one candidate in so many can tell."""
 MANY = 6
 """Axes from which on they replace each other so well that a fit may be caught between them."""
 HOP_SIDE, HOPS, HOP_ITERATIONS = 64, 16, 20
@@ -184,7 +184,7 @@ class Search:
             # A few candidates tell which of the ink is the text.
             others = [(put(thetas[::SPARSE], other)[1].min(), other) for other in readings(ink)]
             least, other = min(others, key=lambda one: one[0], default=(1.0, ink))
-            if least < shares.min():
+            if least < MUCH_LESS * shares.min():
                 places, shares = put(thetas, other)
         states = [
             State(theta, place, 0.0, levels.light, levels.ink)
