@@ -26,6 +26,8 @@ LEAST_CONTRAST = 0.02
 """Of full range; less is no picture of letters."""
 LUMA = np.array([0.2126, 0.7152, 0.0722])
 """Of red, green and blue (ITU-R BT.709)."""
+SAMPLES = 64
+"""Rows and columns, at least, by which noise is told."""
 GAUSSIAN_MEDIAN = 0.6745
 """Of a standard normal variable's size."""
 ROUNDS, MOST_INK = 12, 0.9
@@ -144,8 +146,10 @@ def noise_variance(image: Array) -> float:
 
     From the median of what the difference of two Laplacians (Immerkær 1996) leaves of it.
     """
-    rows = image[:-2] - 2 * image[1:-1] + image[2:]
-    left = rows[:, :-2] - 2 * rows[:, 1:-1] + rows[:, 2:]
+    # Some thousands of pixels tell it as well as all.
+    step = max(1, min(image.shape) // SAMPLES)
+    rows = image[:-2:step] - 2 * image[1:-1:step] + image[2::step]
+    left = (rows[:, :-2] - 2 * rows[:, 1:-1] + rows[:, 2:])[:, ::step]
     return float(np.median(abs(left)) / GAUSSIAN_MEDIAN) ** 2 / 36
 
 
