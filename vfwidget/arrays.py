@@ -137,6 +137,13 @@ def repeat(counts: Any) -> Any:
     return namespace(counts).repeat_interleave(counts)
 
 
+def expand(begin: Any, counts: Any) -> tuple[Any, Any]:
+    """All (i, begin[i] + k) with 0 ≤ k < counts[i], in order."""
+    i = repeat(counts)
+    before = counts.cumsum(0) - counts
+    return i, take(begin - before, i) + count_up(len(i), counts)
+
+
 def sum_at(index: Any, values: Any, length: int) -> Any:
     """Sums (…, length) of the values (…, q) that have the same index (q,)."""
     if type(values) is not np.ndarray:
@@ -177,8 +184,3 @@ def running_sum(values: Any) -> Any:
         torch.from_numpy(values).cumsum_(-1)
         return values
     return values.cumsum_(-1)
-
-
-def sorting(values: Any) -> Any:
-    """The indices that sort values (q,)."""
-    return values.argsort()

@@ -18,7 +18,6 @@ from ..arrays import (
     integers,
     namespace,
     repeat,
-    sorting,
     stacked,
     sum_at,
     take,
@@ -87,9 +86,7 @@ def split(curves: Any, pieces: Pieces, width: int) -> tuple[Pieces, Split]:
             if rounds == HALVINGS or not len(halved):
                 return pieces, _split(pieces, meetings, t, place)
         # Shorter chords are nearer to their arcs.
-        t = (take(pieces.start, halved) + take(pieces.end, halved)) / 2
-        place = evaluate(take(curves, take(pieces.cubic, halved)), t)
-        pieces, _, _ = _cut_at(pieces, halved, t, place)
+        pieces, _, _ = _cut_at(pieces, halved, *_halfway(curves, pieces, halved))
     middle = namespace(curves).zeros_like(pieces.start) + 0.5
     whole = count_up(len(pieces.row), pieces.row)
     return pieces, Split(pieces, whole, middle, meetings.breaks[:-1])
@@ -99,12 +96,17 @@ def _bent(curves: Any, pieces: Pieces, a: Any, b: Any) -> Any:
     """Which pieces of these pairs are so bent that they may cross where their chords do not."""
     xp = namespace(curves)
     paired = xp.concatenate([a, b])
-    t = (take(pieces.start, paired) + take(pieces.end, paired)) / 2
     chord = (take(pieces.first, paired) + take(pieces.last, paired)) / 2
-    away = evaluate(take(curves, take(pieces.cubic, paired)), t) - chord
+    away = _halfway(curves, pieces, paired)[1] - chord
     bent = xp.zeros_like(pieces.fresh)
     bent[take(paired, where_true(_dot(away, away) > BENT**2))] = True
     return where_true(bent)
+
+
+def _halfway(curves: Any, pieces: Pieces, which: Any) -> tuple[Any, Any]:
+    """T (P,) in the middle of some pieces, and the places (2, P) on their arcs."""
+    t = (take(pieces.start, which) + take(pieces.end, which)) / 2
+    return t, evaluate(take(curves, take(pieces.cubic, which)), t)
 
 
 def _pairs(pieces: Pieces, width: int) -> tuple[Any, Any]:
@@ -127,7 +129,7 @@ def _pairs(pieces: Pieces, width: int) -> tuple[Any, Any]:
             cell = xp.concatenate([cell, take(cell, on) + xp.where(side, -step, step)])
     shared = where_true(take(xp.bincount(cell), cell) > 1)
     piece, cell = take(piece, shared), take(cell, shared)
-    order = sorting(cell)
+    order = cell.argsort()
     piece, cell = take(piece, order), take(cell, order)
     # Those next to each other in this order, then those next but one, and so on.
     here, apart = where_true(cell[1:] == cell[:-1]), 1
@@ -237,7 +239,7 @@ def _dot(a: Any, b: Any) -> Any:
 
 
 def _split(pieces: Pieces, meetings: Meetings, t: Any, place: Any) -> Split:
-    order = sorting(meetings.cut + BEFORE_NEXT * meetings.where)
+    order = (meetings.cut + BEFORE_NEXT * meetings.where).argsort()
     where = take(meetings.where, order)
     cut, t, place = (take(values, order) for values in (meetings.cut, t, place))
     parts, whole, here = _cut_at(pieces, cut, t, place)
@@ -278,7 +280,7 @@ def _refine(curves: Any, pieces: Pieces, meetings: Meetings) -> tuple[Any, Any, 
     low, high = take(pieces.start, cut), take(pieces.end, cut)
     t, place, met = _arcs_cross(own, low, high, meetings)
     beside = t if met.all() else _beside(own, low, high, pieces, meetings)
-    order = sorting(cut + BEFORE_NEXT * meetings.where)
+    order = (cut + BEFORE_NEXT * meetings.where).argsort()
     for _ in range(TRIES):
         settled = xp.where(met, t, beside)
         in_turn, piece = take(settled, order), take(cut, order)

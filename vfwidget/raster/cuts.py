@@ -17,12 +17,11 @@ from ..arrays import (
     begins,
     between,
     count_up,
+    expand,
     following,
     integers,
     like,
     namespace,
-    repeat,
-    sorting,
     stacked,
     take,
     where_true,
@@ -104,7 +103,7 @@ def cut(curves: Any, sizes: Sequence[int], images: int, height: int, width: int)
     inner = where_true(turns)
     cubic = xp.concatenate([count_up(count, curves), inner % count, crossing])
     start = xp.concatenate([xp.zeros_like(turns[:count]), take(turns, inner), t])
-    order = sorting(cubic + BEFORE_NEXT * start)
+    order = (cubic + BEFORE_NEXT * start).argsort()
     cubic, start = take(cubic, order), take(start, order)
     # Cuts at one place, such as a turn on a border, are one.
     distinct = start < 1 - SAME
@@ -169,9 +168,7 @@ def _border_crossings(curves: Any, turns: Any, height: int, width: int) -> tuple
     crossed = xp.minimum(xp.floor(xp.maximum(begin, end)), limit) - lowest + 1
     crossed = integers(xp.where(way != 0, at_least_zero(crossed), 0.0)).reshape(-1)
     # Of each monotone stretch, one crossing for each border between its two ends.
-    stretch = repeat(crossed)
-    before = crossed.cumsum(0) - crossed
-    border = take(lowest.reshape(-1) - before, stretch) + count_up(len(stretch), crossed)
+    stretch, border = expand(lowest.reshape(-1), crossed)
     polynomials = take(curves.reshape(4, -1), stretch % (2 * count))
     polynomials[0] -= border
     slopes = evaluate_slope(curves[:, None], knots)

@@ -18,11 +18,10 @@ from typing import Any
 from ..arrays import (
     between,
     count_up,
+    expand,
     greatest_at,
     integers,
     namespace,
-    repeat,
-    sorting,
     stacked,
     sum_at,
     take,
@@ -99,15 +98,15 @@ def _winding(pieces: Pieces, rows: int, width: int, points: Any, there: Any) -> 
     asked[there] = True
     met = where_true(take(asked, pieces.row))
     cells = take(pieces.row, met) * (width + 2) + take(pieces.column, met) + 1
-    order = sorting(cells)
+    order = cells.argsort()
     met, cells = take(met, order), take(cells, order)
     climb = take(pieces.last[1] - pieces.first[1], met)
     # Of a whole row it is nothing, for what goes down comes up.
     climbed = xp.concatenate([zeros(1, climb), climb.cumsum(0)])
     begin = xp.searchsorted(cells, cell)
     count = xp.searchsorted(cells, cell, side="right") - begin
-    ray = repeat(count)
-    met = take(met, count_up(len(ray), ray) - take(count.cumsum(0) - count - begin, ray))
+    ray, here = expand(begin, count)
+    met = take(met, here)
     x0, y0 = take(pieces.first, met)
     x1, y1 = take(pieces.last, met)
     x, y, border, bottom = take(stacked([*points, column, top + 1]), ray)
