@@ -24,9 +24,9 @@ from torch import Tensor
 from torch.autograd.functional import jacobian
 
 import vfwidget as vf
-from vfwidget.bezier import bernstein, segment_indices
-from vfwidget.solution import GAIN, ZERO_COST
-from vfwidget.variation import merge_regions, selection
+from vfwidget.energy.solution import GAIN, ZERO_COST
+from vfwidget.outline.cubics import bernstein, segment_indices
+from vfwidget.outline.variation import merge_regions, selection
 
 STEP_TOLERANCE = 1e-9
 INITIAL_DAMPING = 1e-4

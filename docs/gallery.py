@@ -27,8 +27,8 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_output
 from pygments.formatters import HtmlFormatter
 
-from vfwidget.page import page, view
-from vfwidget.widget import PAGE_TRAITS, Editor
+from vfwidget.export.page import page, view
+from vfwidget.view.editor import PAGE_TRAITS, Editor
 
 ROOT = Path(__file__).parents[1]
 STYLE = Path(__file__).with_suffix(".css").read_text(encoding="utf-8")

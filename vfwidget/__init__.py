@@ -5,7 +5,10 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .energy import Term
+from .energy.handle_terms import Collinear, Distance, Pin, SharedX, SharedY, Target
+from .energy.solution import Solution, solve
+from .energy.term import Term
+from .energy.word_terms import Area, AxisTarget, Residual, StayClose, Width
 from .errors import (
     AxisError,
     AxisWarning,
@@ -17,23 +20,20 @@ from .errors import (
     VFWidgetError,
 )
 from .font import Axis, Font, Glyph, NamedInstance, bundled_fonts, load_font
-from .handle_terms import Collinear, Distance, Pin, SharedX, SharedY, Target
-from .least_squares import least_squares
-from .solution import Solution, solve
+from .solver import least_squares
 from .text import Text
-from .word import Handle
-from .word_terms import Area, AxisTarget, Residual, StayClose, Width
+from .text.word import Handle
 
 if TYPE_CHECKING:
     from . import plot
     from .matching import Match, match
     from .raster import rasterize
-    from .widget import Editor
+    from .view.editor import Editor
 
 __version__ = "0.1.0"
 
 LAZY = {
-    "Editor": ".widget",
+    "Editor": ".view.editor",
     "Match": ".matching",
     "match": ".matching",
     "rasterize": ".raster",

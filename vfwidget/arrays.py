@@ -68,6 +68,14 @@ def like(value: Any, reference: Any) -> Any:
     return torch.as_tensor(value, dtype=reference.dtype, device=reference.device)
 
 
+def padded_table(rows: Sequence[Array]) -> Array:
+    """Rows of numbers as one table, (n, q), padded with infinity; the last column is infinite."""
+    table = np.full((len(rows), max((len(row) for row in rows), default=0) + 1), np.inf)
+    for i, row in enumerate(rows):
+        table[i, : len(row)] = row
+    return table
+
+
 def integers(value: Any) -> Any:
     """Whole numbers as indices."""
     return value.astype(np.intp) if type(value) is np.ndarray else value.long()

@@ -10,8 +10,8 @@ import numpy as np
 from fontTools.ttLib import TTFont
 
 from ..arrays import Array, ArrayLike, is_tensor, like, to_array
-from ..coordinates import check_coordinates
 from ..errors import AxisError, FontError, GlyphError
+from ..outline.coordinates import check_coordinates
 from . import axes as axis_maths
 from .glyph import Glyph
 from .shaping import ShapedGlyph, Shaper

@@ -11,11 +11,11 @@ import numpy as np
 from fontTools.ttLib import TTFont
 
 from ..arrays import Array, ArrayLike, like, to_tensor
-from ..bezier import segment_indices, x_extent
-from ..coordinates import check_coordinates
-from ..variation import Regions
+from ..outline.coordinates import check_coordinates
+from ..outline.cubics import segment_indices, x_extent
+from ..outline.variation import Regions
+from .glyf import PHANTOMS, read_outline, to_cubics
 from .metrics import read_advance
-from .truetype import PHANTOMS, read_outline, to_cubics
 
 if TYPE_CHECKING:
     import torch

@@ -10,7 +10,7 @@ from fontTools.ttLib import TTFont
 
 from ..arrays import Array
 from ..errors import FontError
-from .truetype import PHANTOMS, RawOutline
+from .glyf import PHANTOMS, RawOutline
 
 
 def read_advance(font: TTFont, name: str, raw: RawOutline) -> tuple[float, Array, Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from tqdm.auto import tqdm
 
@@ -19,9 +19,6 @@ from .images import ImageSource, read_image
 from .match import STAGES, Request, Search, Settings
 from .result import Match
 
-if TYPE_CHECKING:
-    from ..widget import Editor
-
 RESOLUTION = 512
 LEAST_SIDE = 6
 """Pixels of a picture in which letters could be told."""
@@ -29,6 +26,13 @@ EVEN, UNEVEN = 1, 6
 """Terms of the paper's brightness."""
 ITERATIONS = {"gauss-newton": 40, "adam": 100}
 Source: TypeAlias = "Font | FontSource"
+
+
+class Viewer(Protocol):
+    """Anything that shows a text and takes its axis values, as :class:`vfwidget.Editor` does."""
+
+    text: Any
+    axes: Any
 
 
 def match(
@@ -48,7 +52,7 @@ def match(
     optimizer: str = "gauss-newton",
     max_iterations: int | None = None,
     resolution: int = RESOLUTION,
-    watch: Editor | Callable[[Text, float], None] | None = None,
+    watch: Viewer | Callable[[Text, float], None] | None = None,
     progress: bool = True,
 ) -> Match:
     """Find the instance of a variable font, or of which of many, that a picture of letters shows.
@@ -183,17 +187,17 @@ def _one_of(value: str, names: Sequence[str], what: str) -> str:
 
 
 def _shown(
-    text: Text, watch: Editor | Callable[[Text, float], None] | None
+    text: Text, watch: Viewer | Callable[[Text, float], None] | None
 ) -> Callable[[Array, float], None] | None:
     """What to do with Θ and the loss at every step."""
     if watch is None:
         return None
     if callable(watch):
         return lambda theta, loss: watch(text.moved(theta), loss)
-    editor = watch
-    editor.text = text
+    viewer = watch
+    viewer.text = text
 
     def show(theta: Array, loss: float) -> None:
-        editor.axes = text.moved(theta).axes
+        viewer.axes = text.moved(theta).axes
 
     return show

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..arrays import Array, BoolArray
 from ..errors import ImageError
-from ..least_squares import least_squares
-from ..loss import LOSSES, rescale, rho, robust_cost
+from ..solver import least_squares
+from ..solver.loss import LOSSES, rescale, rho, robust_cost
 from .scene import PLACEMENT, Scene, State
 
 FITTED = (*PLACEMENT, "blur", "light")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array, to_tensor
-from ..loss import robust_cost
+from ..solver.loss import robust_cost
 from ..text import Text
 from .images import shrink
 from .match import Outcome
@@ -182,6 +182,6 @@ class Match:
         -------
         array of 4 Axes
         """
-        from ..plot.matching import draw_match
+        from .figure import draw_match
 
         return draw_match(self, axes)

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, BoolArray
-from ..bezier import segment_indices
 from ..errors import ImageError
+from ..outline.cubics import segment_indices
 from ..raster.coverage import Boundary, fill
 from ..text import Text
 from .images import Levels, basis

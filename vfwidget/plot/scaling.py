@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..arrays import Array, to_array
-from ..bezier import segment_indices
 from ..font import Font, Glyph, load_font
+from ..outline.cubics import segment_indices
 from .canvas import (
     BLUE,
     COLOURS,

@@ -12,9 +12,9 @@ from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 
 from ..arrays import Array, to_array
-from ..bezier import AREA
 from ..errors import GlyphError
 from ..font import Font, Glyph, load_font
+from ..outline.cubics import AREA
 from ..text import Text
 from .canvas import (
     BLUE,

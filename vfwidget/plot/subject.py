@@ -10,8 +10,8 @@ import numpy as np
 from ..arrays import Array, BoolArray, to_array
 from ..errors import AxisError
 from ..font import Axis, Font, Glyph
+from ..outline.variation import Regions
 from ..text import Text
-from ..variation import Regions
 from .canvas import plain, showable
 
 HAIR = 1e-6

@@ -1,0 +1,381 @@
+"""The editor's kernel side against a simulated front end: messages, state, errors, threads."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+from comm.base_comm import BaseComm
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vfwidget as vf
+from vfwidget.view import editor as widget_module
+
+
+class FrontEnd(BaseComm):
+    """Records what the kernel publishes, and speaks as a view does."""
+
+    def __init__(self, **keywords: Any) -> None:
+        self.sent: list[dict[str, Any]] = []
+        super().__init__(**keywords)
+
+    def publish_msg(self, msg_type: str, data: Any = None, **_: Any) -> None:
+        if msg_type == "comm_msg":
+            self.sent.append(data)
+
+    def receive(self, **data: Any) -> None:
+        self.handle_msg({"content": {"data": data}, "buffers": []})
+
+    def custom(self, content: Any) -> None:
+        self.receive(method="custom", content=content)
+
+    def update(self, **state: Any) -> None:
+        self.receive(method="update", state=state, buffer_paths=[])
+
+    @property
+    def replies(self) -> list[dict[str, Any]]:
+        return [data["content"] for data in self.sent if data["method"] == "custom"]
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The latest value the kernel sent of each trait."""
+        updates = [data["state"] for data in self.sent if data["method"] == "update"]
+        return {name: value for state in updates for name, value in state.items()}
+
+
+@pytest.fixture
+def editor(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.setattr("comm.create_comm", FrontEnd)
+    made = vf.Editor("roboto-flex", "no")
+    assert isinstance(made.comm, FrontEnd)
+    return made
+
+
+def drag(editor: Any, handle: vf.Handle, x: float, y: float, **more: Any) -> dict[str, Any]:
+    place = [handle.glyph, handle.contour, handle.segment, handle.t]
+    message = {"type": "drag", "view": "v", "seq": 1, "phase": "move", "handle": place}
+    editor.comm.custom(message | {"x": x, "y": y} | more)
+    return editor.comm.replies[-1]
+
+
+def test_every_drag_is_answered_once_in_order_with_its_number(editor: Any) -> None:
+    handle = editor.text.nearest(1500, 1080)
+    x, y = editor.text.position(handle).tolist()
+    for seq in range(1, 8):
+        drag(editor, handle, x, y + 3 * seq, seq=seq, phase="move" if seq < 7 else "up")
+    assert [reply["seq"] for reply in editor.comm.replies] == list(range(1, 8))
+    assert all(reply["ok"] and reply["view"] == "v" for reply in editor.comm.replies)
+
+
+def test_an_answer_holds_the_axes_that_the_traits_then_have(editor: Any) -> None:
+    handle = editor.text.nearest(1500, 1080)
+    goal = editor.text.at(axes={"YTLC": 560, "wght": 500}).position(handle).tolist()
+    reply = drag(editor, handle, *goal)
+    assert reply["status"] == "converged"
+    assert reply["axes"] == editor.axes == editor.text.axes == editor.comm.state["axes"]
+    assert reply["point"] == pytest.approx(goal, abs=0.1)
+
+
+def test_out_of_reach_says_so(editor: Any) -> None:
+    reply = drag(editor, editor.text.nearest(1500, 1080), -9000, 9000, phase="up")
+    assert reply["ok"] and reply["status"] == "unreachable"
+    assert "units away" in reply["message"]
+
+
+MALFORMED = [
+    None,
+    "drag",
+    {},
+    {"type": "resize"},
+    {"type": "drag"},
+    {"type": "drag", "seq": 3, "handle": [0, 0, 0, 0.5], "x": 1},
+    {"type": "drag", "seq": 3, "handle": [9, 0, 0, 0.5], "x": 1, "y": 1},
+    {"type": "drag", "seq": 3, "handle": [0, 0, 0, 7], "x": 1, "y": 1},
+    {"type": "drag", "seq": 3, "handle": [0, 0, 0, None], "x": 1, "y": 1},
+    {"type": "drag", "seq": 3, "handle": [0, 0], "x": "far", "y": 1},
+    {"type": "drag", "seq": 3, "handle": [0, 0, 0, 0.5], "x": float("nan"), "y": 1},
+    {"type": "drag", "seq": 3, "handle": 5, "x": 1, "y": 1},
+    {"type": "drag", "seq": 3, "handle": [0.5, 0, 0, 0.5], "x": 1, "y": 1},
+    {"type": "drag", "seq": 3, "handle": [0, 0, 0, 0.5], "x": [1, 2], "y": {}},
+]
+
+
+@pytest.mark.parametrize("content", MALFORMED)
+def test_a_malformed_message_is_answered_and_changes_nothing(editor: Any, content: Any) -> None:
+    before = editor.axes
+    editor.comm.custom(content)
+    (reply,) = editor.comm.replies
+    assert reply["ok"] is False and reply["error"]
+    assert reply["seq"] == (content.get("seq") if isinstance(content, dict) else None)
+    assert editor.axes == before
+    assert drag(editor, editor.text.nearest(1500, 1080), 1500, 1090)["ok"]
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=5), inner),
+    max_leaves=8,
+)
+
+
+@given(
+    st.fixed_dictionaries(
+        {"type": st.just("drag"), "seq": json_values, "handle": json_values},
+        optional={"x": json_values, "y": json_values, "phase": json_values},
+    )
+)
+@settings(max_examples=150, deadline=None)
+def test_no_message_kills_the_widget(content: Any) -> None:
+    editor = _SHARED()
+    count = len(editor.comm.replies)
+    editor.comm.custom(content)
+    assert len(editor.comm.replies) == count + 1
+    assert np.isfinite(editor.text.theta.numpy()).all()
+
+
+_MADE: list[Any] = []
+
+
+def _SHARED() -> Any:
+    """One editor for all examples, as they are one long session."""
+    if not _MADE:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("comm.create_comm", FrontEnd)
+            _MADE.append(vf.Editor("dynapuff", "o"))
+    return _MADE[0]
+
+
+def test_an_error_in_the_solve_is_the_answer(editor: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: Any, **__: Any) -> None:
+        raise RuntimeError("no luck")
+
+    before = editor.axes
+    with monkeypatch.context() as patch:
+        patch.setattr(widget_module, "solve", fails)
+        reply = drag(editor, editor.text.nearest(1500, 1080), 1500, 1090)
+    assert reply == {
+        "type": "drag", "view": "v", "seq": 1, "ok": False, "error": "RuntimeError: no luck",
+    }  # fmt: skip
+    assert editor.axes == before
+    assert drag(editor, editor.text.nearest(1500, 1080), 1500, 1090)["ok"]
+
+
+def test_sliders_of_the_view_move_the_text_without_echo(editor: Any) -> None:
+    # Values that normalizing and back would round.
+    axes = editor.axes | {"wght": 613, "XTRA": 337.7, "opsz": 91.3}
+    editor.comm.update(axes=axes)
+    assert editor.text.axes == axes
+    assert "axes" not in editor.comm.state
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        {"axes": {"nope": 3}},
+        {"axes": {"wght": None}},
+        {"axes": {"wght": float("nan")}},
+        {"axes": 7},
+        {"axes": [{}, {}]},
+        {"axes": []},
+        {"_pins": [[0, 0, 0]]},
+        {"_pins": [[7, 0, 0, 0.5]]},
+        {"_pins": [5]},
+        {"_pins": "x"},
+        {"shared": "maybe"},
+        {"shared": False, "axes": [{}]},
+    ],
+)
+def test_bad_state_from_the_view_is_shown_and_undone(editor: Any, state: Any) -> None:
+    editor.axes = {"wght": 620}
+    before, pins = editor.axes, editor.pins
+    editor.comm.sent.clear()
+    editor.comm.update(**state)
+    assert editor.error
+    assert editor.comm.state["error"] == editor.error
+    assert editor.axes == before == editor.text.axes
+    assert editor.comm.state["axes"] == before
+    assert (editor.pins, editor.shared) == (pins, True)
+    editor.comm.update(axes=before | {"wght": 500})
+    assert editor.text.axes["wght"] == pytest.approx(500)
+    assert editor.error == ""
+
+
+def test_axes_from_python_are_checked_and_observers_hear_once(editor: Any) -> None:
+    heard: list[Any] = []
+    editor.observe(lambda change: heard.append(change["new"]), "axes")
+    editor.axes = {"wght": 650}
+    assert heard == [editor.axes]
+    assert set(editor.axes) == {axis.tag for axis in editor.text.font.axes}
+    before = editor.axes
+    with pytest.raises(vf.AxisError, match="nope"):
+        editor.axes = {"nope": 1}
+    with pytest.raises(vf.AxisError, match="finite"):
+        editor.axes = {"wght": float("inf")}
+    assert editor.axes == before == editor.text.axes
+    with pytest.warns(vf.AxisWarning):
+        editor.axes = {"wght": 99999}
+    assert editor.axes["wght"] == 1000
+    drag(editor, editor.text.nearest(1500, 1080), 1500, 1000)
+    assert heard[-1] == editor.axes
+
+
+def test_text_from_python_shows_another_word(editor: Any) -> None:
+    editor.pins = [editor.text.handle()]
+    editor.text = vf.Text("dynapuff", "hi", axes={"wdth": 80})
+    assert editor.axes == {"wght": 400, "wdth": pytest.approx(80)}
+    assert editor.comm.state["_word"]["string"] == "hi"
+    assert editor.pins == [] and editor.comm.state["_pins"] == []
+    assert drag(editor, editor.text.handle(1), 400, 300)["ok"]
+
+
+def test_moving_the_text_from_python_keeps_the_pins(editor: Any) -> None:
+    pin = editor.text.nearest(150, 0)
+    editor.pins = [pin]
+    editor.text = editor.text.at(axes={"wght": 300})
+    assert editor.pins == [pin]
+    assert editor.axes["wght"] == pytest.approx(300)
+
+
+def test_pins_go_both_ways_and_refuse_strangers(editor: Any) -> None:
+    editor.comm.update(_pins=[[1, 0, 2, 0.25]])
+    (pin,) = editor.pins
+    assert (pin.glyph, pin.segment, pin.t) == (1, 2, 0.25)
+    other = editor.text.nearest(150, 0)
+    editor.pins = [*editor.pins, vf.Pin(other)]
+    assert editor.pins == [pin, other]
+    assert editor.comm.state["_pins"][1] == [other.glyph, other.contour, other.segment, other.t]
+    with pytest.raises(vf.SolveError, match="not a handle"):
+        editor.pins = [vf.Text("roboto-flex", "no").handle()]
+    with pytest.raises(vf.SolveError):
+        editor.pins = 3
+    assert editor.pins == [pin, other]
+
+
+def test_pins_hold_through_a_long_drag_and_do_not_creep(editor: Any) -> None:
+    pin = editor.text.nearest(150, 0)
+    editor.pins = [pin]
+    held = editor.text.position(pin)
+    handle = editor.text.nearest(1500, 1080)
+    x, y = editor.text.position(handle).tolist()
+    for i in range(40):
+        drag(editor, handle, x + 300 * np.sin(i / 4), y + 400 * np.cos(i / 5), seq=i)
+    assert float((editor.text.position(pin) - held).norm()) < 0.5
+
+
+def test_a_pin_that_is_dragged_stays_where_it_was_left(editor: Any) -> None:
+    pin = editor.text.nearest(1500, 1080)
+    editor.pins = [pin]
+    start = editor.text.position(pin)
+    goal = editor.text.at(axes={"YTLC": 560}).position(pin).tolist()
+    drag(editor, pin, *goal)
+    moved = editor.text.position(pin)
+    assert float((moved - start).norm()) > 10
+    other = editor.text.nearest(400, 1100)
+    x, y = editor.text.position(other).tolist()
+    drag(editor, other, x + 20, y)
+    assert float((editor.text.position(pin) - moved).norm()) < 0.5
+
+
+def test_letters_apart_and_together_keep_axes_and_pins(editor: Any) -> None:
+    editor.axes = {"wght": 300}
+    editor.pins = [editor.text.nearest(150, 0)]
+    editor.shared = False
+    assert [axes["wght"] for axes in editor.axes] == pytest.approx([300, 300])
+    assert editor.text.theta.shape == (2, 13)
+    assert len(editor.pins) == 1 and editor.text.owns(editor.pins[0])
+    editor.axes = [{"wght": 200}, {"wght": 900}]
+    assert editor.text.axes[1]["wght"] == pytest.approx(900)
+    # The view joins letters and says with whose axes in one message.
+    editor.comm.update(shared=True, axes=editor.axes[1])
+    assert editor.axes["wght"] == pytest.approx(900)
+    assert editor.text.theta.shape == (1, 13)
+    editor.comm.update(shared=False, axes=[editor.axes, editor.axes])
+    assert len(editor.axes) == 2
+
+
+def test_drags_on_many_threads_leave_one_whole_state(editor: Any) -> None:
+    import torch
+
+    handle = editor.text.nearest(1500, 1080)
+    x, y = editor.text.position(handle).tolist()
+    grad_modes: list[bool] = []
+
+    def work(k: int) -> None:
+        # A comm handler's thread starts with whatever grad mode torch gives it.
+        with torch.no_grad():
+            drag(editor, handle, x, y + k, seq=k)
+            grad_modes.append(torch.is_grad_enabled())
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(12)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(reply["seq"] for reply in editor.comm.replies) == list(range(12))
+    assert all(reply["ok"] for reply in editor.comm.replies)
+    assert editor.axes == editor.text.axes
+    assert not any(grad_modes)
+
+
+def test_a_front_end_with_one_message_in_flight_settles_soon(
+    editor: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The arithmetic of the protocol, with the view's rule played here: 120 moves, 60 ms solves.
+    solves = 0
+    works = widget_module.solve
+
+    def slow(*arguments: Any, **options: Any) -> Any:
+        nonlocal solves
+        solves += 1
+        time.sleep(0.06)
+        return works(*arguments, **options)
+
+    monkeypatch.setattr(widget_module, "solve", slow)
+    handle = editor.text.nearest(1500, 1080)
+    x, y = editor.text.position(handle).tolist()
+    latest: dict[str, tuple[int, str]] = {}
+    done = threading.Event()
+
+    def view() -> None:
+        while not (done.is_set() and not latest):
+            if latest:
+                _, (seq, phase) = latest.popitem()
+                drag(editor, handle, x, y + seq / 4, seq=seq, phase=phase)
+            time.sleep(0.001)
+
+    sender = threading.Thread(target=view)
+    sender.start()
+    for seq in range(120):
+        latest["drag"] = (seq, "move")
+        time.sleep(0.002)
+    latest["drag"] = (120, "up")
+    done.set()
+    sender.join()
+    assert solves < 30
+    assert editor.comm.replies[-1]["seq"] == 120
+    assert editor.comm.replies[-1]["point"][1] == pytest.approx(y + 30, abs=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        (("recursive",), vf.TextError),
+        (("recursive", ""), vf.TextError),
+        (("no-such-font", "a"), vf.FontError),
+        (("recursive", "\u4eba"), vf.GlyphError),
+        (("recursive", "a", {"nope": 1}), vf.AxisError),
+        ((vf.Text("dynapuff", "a"), "b"), vf.TextError),
+    ],
+)
+def test_a_bad_start_is_one_clear_error(arguments: Any, error: type[Exception]) -> None:
+    with pytest.raises(error):
+        vf.Editor(*arguments)
+
+
+def test_a_misspelled_keyword_is_a_clear_error() -> None:
+    with pytest.raises(TypeError, match="axis"):
+        vf.Editor("recursive", "a", axis={"wght": 3})  # type: ignore[call-arg]

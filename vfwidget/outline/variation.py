@@ -1,0 +1,144 @@
+r"""Support functions and scaling factors: from normalized coordinates to delta-set scalars.
+
+A region gives each axis a *support* ``(start, peak, end)``. The support function
+:math:`\varphi` is 1 at the peak, falls linearly to 0 at start and end, and is constantly 1
+where the axis takes no part. The scalar of a delta set is the product over axes,
+:math:`\gamma(w) = \prod_i \varphi_i(w_i)` (paper, Eq. 2), and everything a variable font
+moves is affine in those scalars (Eq. 1):
+
+    p(w) = default + deltas · γ(w).
+
+Definitions follow OpenType ("OpenType Font Variations Common Table Formats", algorithm for
+interpolation of instance values), which differs from the paper's printed :math:`\varphi` at
+``w = peak = end``: there OpenType says 1.
+
+The map has *kinks* at every start, peak and end. Derivatives are taken from the right,
+except at the upper end of the axis (w = 1), where only the left exists. The other one-sided
+derivative is had by asking a hair to the left; the solver does so.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, ArrayLike, IntArray, like, namespace, to_array
+
+ON_KINK = 1e-9
+"""How close, in normalized units, a coordinate counts as standing on a breakpoint."""
+
+
+class Regions:
+    """The supports of m delta sets over n axes, made ready for evaluation.
+
+    A region takes part in few axes, so each is kept as q *slots*, one for each axis it depends
+    on, q being the most that any has. A slot's support function is two lines, ``a + b·w``: one
+    that rises on ``(start, peak)`` and one that falls on ``(peak, end)``. A slot to spare is a
+    rising line of height 1 and slope 0 that never ends, so it needs no case of its own.
+
+    Parameters
+    ----------
+    support : (m, n, 3) array or tensor
+        start, peak, end of each delta set on each axis, in normalized coordinates.
+    """
+
+    def __init__(self, support: ArrayLike) -> None:
+        self.support = to_array(support)
+        n = self.support.shape[1]
+        start, peak, end = np.moveaxis(self.support, -1, 0)
+        takes_part = ~((peak == 0) | (start > peak) | (peak > end) | ((start < 0) & (end > 0)))
+        self.breakpoints = [np.unique(self.support[takes_part[:, i], i]) for i in range(n)]
+        """Sorted coordinates at which each axis has a kink."""
+        q = max(1, int(takes_part.sum(1).max(initial=0)))
+        # Axes that take part come first; a slot beyond them is idle, whichever axis it names.
+        self.axis = np.argsort(~takes_part, axis=1, kind="stable")[:, :q]
+        """Which axis each slot belongs to, (m, q)."""
+        self.axis = np.pad(self.axis, ((0, 0), (0, q - self.axis.shape[1])))
+        used = np.arange(q) < takes_part.sum(1)[:, None]
+        start, peak, end = (np.take_along_axis(side, self.axis, 1) for side in (start, peak, end))
+        self.one_hot = (used[..., None] & (self.axis[..., None] == np.arange(n))).astype(float)
+        """1 where a slot belongs to an axis, (m, q, n)."""
+
+        rise = np.where(peak > start, peak - start, 1.0)
+        fall = np.where(end > peak, end - peak, 1.0)
+        cliff, wall = used & (peak == end), used & (peak == start)
+        flat = ~used | (cliff & wall)
+        self._rising = np.stack([np.where(flat, 1.0, -start / rise), np.where(flat, 0.0, 1 / rise)])
+        self._falling = np.stack([end / fall, -1 / fall])
+        # Where a line begins to hold. On a kink it is the one to the right; at the upper end of
+        # the axis, where there is nothing to the right, it is the one to the left.
+        self._start = np.where(used, start - ON_KINK, -np.inf)
+        self._peak = np.where(used & (peak < 1), peak - ON_KINK, np.inf)
+        self._end = np.where(used & (end < 1), end - ON_KINK, np.inf)
+        # A support that ends (or starts) at its peak drops from 1 to 0 there, but is 1 at the
+        # peak itself: its line holds a hair longer.
+        self._peak = np.where(cliff, np.inf, np.where(wall, -np.inf, self._peak))
+        self._end = np.where(cliff & (end < 1), end + ON_KINK, self._end)
+        self._own = np.eye(q, dtype=bool)
+
+    def _pieces(self, w: Any) -> tuple[Any, Any]:
+        """φ and its slope for every slot: two (..., m, q) arrays."""
+        if type(w) is np.ndarray:
+            w = w.take(self.axis, -1)
+        else:
+            w = w[..., self.axis]
+        inside = (w > like(self._start, w)) & (w < like(self._end, w))
+        before = (w < like(self._peak, w))[..., None, :, :]
+        lines = namespace(w).where(before, like(self._rising, w), like(self._falling, w))
+        lines = lines * inside[..., None, :, :]
+        height, slope = lines[..., 0, :, :], lines[..., 1, :, :]
+        return height + slope * w, slope
+
+    def scalars(self, w: Any) -> Any:
+        """γ(w) of Eq. 2, (..., m), at normalized coordinates w (..., n); autograd passes."""
+        return self._pieces(w)[0].prod(-1)
+
+    def scalars_and_slopes(self, w: Any) -> tuple[Any, Any]:
+        """γ(w), (..., m), and its derivative by the axis of each slot, (..., m, q).
+
+        By the product rule each is one slot's slope times the other slots' factors.
+        """
+        xp = namespace(w)
+        phi, slope = self._pieces(w)
+        own = self._own if xp is np else xp.from_numpy(self._own).to(w.device)
+        others = xp.where(own, 1.0, phi[..., None, :]).prod(-1)
+        return phi.prod(-1), slope * others
+
+    def scalars_and_jacobian(self, w: Any) -> tuple[Any, Any]:
+        """γ(w), (..., m), and its closed-form derivative ∂γ/∂w, (..., m, n)."""
+        gamma, slopes = self.scalars_and_slopes(w)
+        return gamma, (slopes[..., None, :] @ like(self.one_hot, w))[..., 0, :]
+
+
+def merge_regions(supports: list[Array]) -> tuple[Array, list[IntArray]]:
+    """Join several (m, n, 3) supports into one without repeats.
+
+    Returns
+    -------
+    support : (M, n, 3) array
+        The distinct regions, in order of first appearance.
+    indices : list of (m,) int arrays
+        Where each input region is found in ``support``.
+    """
+    position: dict[bytes, int] = {}
+    kept: list[Array] = []
+    indices = []
+    for support in supports:
+        found = []
+        for region in support:
+            key = region.tobytes()
+            if key not in position:
+                position[key] = len(kept)
+                kept.append(region)
+            found.append(position[key])
+        indices.append(np.asarray(found, dtype=np.intp))
+    n = supports[0].shape[1] if supports else 0
+    return np.asarray(kept, dtype=np.float64).reshape(len(kept), n, 3), indices
+
+
+def selection(indices: IntArray, count: int) -> Array:
+    """The (m, count) matrix that spreads m delta sets over merged regions; repeats add up."""
+    matrix = np.zeros((len(indices), count))
+    matrix[np.arange(len(indices)), indices] = 1
+    return matrix

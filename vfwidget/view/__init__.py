@@ -1,0 +1,1 @@
+"""The notebook widgets, and what they send to the browser."""
