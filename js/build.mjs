@@ -45,7 +45,7 @@ async function emptyFolder(name) {
 }
 
 const js = await bundle("index.js");
-const css = await bundle("editor.css");
+const css = await bundle("editor/editor.css");
 if (js.length >= maxBundleBytes) {
   throw new Error(`editor.js has ${js.length} bytes; it must stay under ${maxBundleBytes}`);
 }

@@ -4,8 +4,8 @@ import { pathToFileURL } from "node:url";
 
 const { src, cases } = JSON.parse(readFileSync(0, "utf8"));
 const load = (name) => import(pathToFileURL(`${src}/${name}.js`).href);
-const { decodeWord } = await load("word");
-const { Layout } = await load("forward");
+const { decodeWord } = await load("word/decode");
+const { Layout } = await load("word/forward");
 
 const answers = cases.map(({ word, axes }) => {
   const layout = new Layout(decodeWord(word)).evaluate(axes);

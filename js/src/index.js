@@ -1,5 +1,5 @@
 /** The anywidget module: a view of the editor's model. `mount` is for pages without a kernel. */
-import { Editor } from "./editor.js";
+import { Editor } from "./editor/editor.js";
 import { mountAll } from "./page.js";
 
 /** @param {{model: any, el: HTMLElement}} context */

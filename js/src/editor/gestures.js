@@ -1,8 +1,8 @@
 /** Pointer and keyboard on the outline: hover, drag, click to pin, arrow keys. Speaks only to the channel. */
-import { nearest } from "./bezier.js";
+import { nearest } from "../word/cubics.js";
 
 /**
- * @typedef {import("./forward.js").Handle} Handle
+ * @typedef {import("../word/forward.js").Handle} Handle
  * @typedef {{handle: Handle, by: "pointer" | "keys", id: number, start: [number, number],
  *   offset: [number, number], origin: [number, number], target: [number, number], before: any,
  *   open: boolean, stuck: boolean}} Grab  `open`: past the click threshold, so the kernel knows of it
@@ -19,9 +19,9 @@ const same = (/** @type {Handle} */ a, /** @type {Handle} */ b) => a.every((v, i
 export class Gestures {
   /**
    * @param {object} parts
-   * @param {import("./drawing.js").Drawing} parts.drawing
+   * @param {import("../view/drawing.js").Drawing} parts.drawing
    * @param {import("./session.js").Session} parts.session
-   * @param {import("./latest.js").Latest} parts.channel
+   * @param {import("./channel.js").Channel} parts.channel
    * @param {() => void} parts.changed asks for a frame
    * @param {(handler: (event: any) => void) => (event: any) => void} parts.guard
    * @param {AbortSignal} parts.signal removes the listeners

@@ -2,15 +2,15 @@
  * The forward model: axis values in, outlines of a word out (Eq. 1–3). No DOM; after construction
  * it allocates nothing, so it runs at slider rate.
  */
-import { cubic } from "./bezier.js";
+import { cubic } from "./cubics.js";
 
 /**
  * @typedef {{count: number, first: Int32Array, axis: Int32Array, start: Float64Array,
  *   peak: Float64Array, end: Float64Array}} Regions  the supports, only the axes that matter:
  *   region j owns entries first[j] … first[j + 1] − 1
- * @typedef {import("./word.js").Axis} Axis
- * @typedef {import("./word.js").Glyph} Glyph
- * @typedef {import("./word.js").Word} Word
+ * @typedef {import("./decode.js").Axis} Axis
+ * @typedef {import("./decode.js").Glyph} Glyph
+ * @typedef {import("./decode.js").Word} Word
  * @typedef {[glyph: number, contour: number, segment: number, t: number]} Handle
  */
 

@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { pathData, windowFor } from "../src/drawing.js";
-import { Layout } from "../src/forward.js";
-import { decodeWord } from "../src/word.js";
-import { rawWord } from "./word.js";
+import { pathData, windowFor } from "../../src/view/drawing.js";
+import { Layout } from "../../src/word/forward.js";
+import { decodeWord } from "../../src/word/decode.js";
+import { rawWord } from "../oil.js";
 
 test("path data: closed contours of cubics, y down, relative to the letter's origin", () => {
   const layout = new Layout(decodeWord(rawWord())).evaluate({});

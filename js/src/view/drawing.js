@@ -3,7 +3,7 @@
  * whatever has a word and axis values can show it.
  */
 import { svg } from "./dom.js";
-import { Layout } from "./forward.js";
+import { Layout } from "../word/forward.js";
 
 /** @typedef {{x: number, y: number, width: number, height: number}} Box  font units, y down as SVG has it */
 
@@ -52,7 +52,7 @@ export class Drawing {
     this.onmove = () => {};
   }
 
-  /** @param {import("./word.js").Word} word @param {any} axes user values, as Layout.evaluate takes them */
+  /** @param {import("../word/decode.js").Word} word @param {any} axes user values, as Layout.evaluate takes them */
   setWord(word, axes) {
     this.layout = new Layout(word).evaluate(axes);
     this.letters.replaceChildren(...word.order.map((_, i) =>

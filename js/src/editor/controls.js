@@ -1,9 +1,9 @@
 /** The panel under the word: a row for each axis, the letters, and what acts on all of them. */
-import { html, svg } from "./dom.js";
-import { alike } from "./word.js";
+import { html, svg } from "../view/dom.js";
+import { alike } from "../word/decode.js";
 
 /**
- * @typedef {import("./word.js").Axis} Axis
+ * @typedef {import("../word/decode.js").Axis} Axis
  * @typedef {object} Actions
  * @property {(changes: Record<string, number>) => void} set
  * @property {() => void} resetAll
@@ -128,7 +128,7 @@ export class Controls {
     this.element = html("div", { class: "vfw-controls" }, this.letters, this.axes);
   }
 
-  /** @param {import("./word.js").Word} word */
+  /** @param {import("../word/decode.js").Word} word */
   setWord(word) {
     // Rows stay where they can, and with them the focus and what is unfolded.
     if (!alike(word.axes, this.rows.map((row) => row.axis))) this.setAxes(word.axes);

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { Latest } from "../src/latest.js";
+import { Channel } from "../../src/editor/channel.js";
 
 /** A clock that only moves when told to. */
 class Clock {
@@ -31,7 +31,7 @@ class Clock {
 function setUp(kernel = () => {}, options = {}) {
   const clock = new Clock();
   const log = { sent: [], answers: [], silences: [], idle: 0, clock };
-  const channel = new Latest({
+  const channel = new Channel({
     view: "v", clock,
     send: (message) => {
       log.sent.push(message);

@@ -1,5 +1,5 @@
 /** What editing draws over a word: the handle, the line to a target out of reach, pins, the selection. */
-import { svg } from "./dom.js";
+import { svg } from "../view/dom.js";
 
 /** Sizes in pixels: marks keep theirs whatever the zoom. */
 const HANDLE = 5.5, PIN = 6.5;

@@ -1,9 +1,9 @@
 /** One view of a model: the word, what edits it, the panel, and what is said about it all. */
 import { Controls } from "./controls.js";
-import { html } from "./dom.js";
-import { Drawing } from "./drawing.js";
+import { html } from "../view/dom.js";
+import { Drawing } from "../view/drawing.js";
 import { Gestures } from "./gestures.js";
-import { Latest } from "./latest.js";
+import { Channel } from "./channel.js";
 import { Marks } from "./marks.js";
 import { Session, TRAITS } from "./session.js";
 
@@ -32,7 +32,7 @@ export class Editor {
     this.session = new Session(model, changed);
     this.drawing = new Drawing();
     this.drawing.onmove = changed;
-    this.channel = new Latest({
+    this.channel = new Channel({
       view,
       send: (message) => model.send(message),
       onAnswer: (answer, sent) => this.answered(answer, sent),
@@ -198,7 +198,7 @@ export class Editor {
     if (this.channel.receive(message) === "stale" && this.status.kind === "silent") this.say("idle", "");
   }
 
-  /** @private @param {any} answer @param {import("./latest.js").Message} sent */
+  /** @private @param {any} answer @param {import("./channel.js").Message} sent */
   answered(answer, sent) {
     if (!answer.ok) {
       this.session.expire("axes");

@@ -1,11 +1,11 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";
-import { compile, interpolate, Layout, normalize, scalars } from "../src/forward.js";
-import { complete, conform, decodeWord } from "../src/word.js";
-import { floats, rawWord } from "./word.js";
+import { compile, interpolate, Layout, normalize, scalars } from "../../src/word/forward.js";
+import { complete, conform, decodeWord } from "../../src/word/decode.js";
+import { floats, rawWord } from "../oil.js";
 
-const cases = JSON.parse(readFileSync(new URL("cases.json", import.meta.url), "utf8"));
+const cases = JSON.parse(readFileSync(new URL("../cases.json", import.meta.url), "utf8"));
 
 const close = (got, want, name, tolerance = 1e-12) => {
   assert.equal(got.length, want.length, name);

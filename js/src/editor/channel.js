@@ -16,7 +16,7 @@ const realClock = {
   clearTimeout: (id) => globalThis.clearTimeout(id),
 };
 
-export class Latest {
+export class Channel {
   /**
    * @param {object} options
    * @param {string} options.view names this view among those of a model

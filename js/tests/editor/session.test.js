@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { Session } from "../src/session.js";
-import { rawWord } from "./word.js";
+import { Session } from "../../src/editor/session.js";
+import { rawWord } from "../oil.js";
 
 class Model {
   saves = [];

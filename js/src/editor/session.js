@@ -2,10 +2,10 @@
  * What the view shows of a model, and how the two stay in step. The model's traits are the truth;
  * the view runs ahead of it while a drag is being answered and while a write of its own waits.
  */
-import { alike, complete, conform, decodeWord } from "./word.js";
+import { alike, complete, conform, decodeWord } from "../word/decode.js";
 
 /**
- * @typedef {import("./forward.js").Handle} Handle
+ * @typedef {import("../word/forward.js").Handle} Handle
  * @typedef {Record<string, number>} Values
  * @typedef {"_word" | "axes" | "shared" | "_pins" | "error"} Trait
  */
@@ -16,7 +16,7 @@ export class Session {
   constructor(model, changed) {
     this.model = model;
     this.changed = changed;
-    /** @type {import("./word.js").Word | null} */
+    /** @type {import("../word/decode.js").Word | null} */
     this.word = null;
     /** @type {Values | Values[]} */
     this.axes = {};

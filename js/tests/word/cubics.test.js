@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { cubic, nearest, nearestOnCubic } from "../src/bezier.js";
-import { Layout } from "../src/forward.js";
-import { decodeWord } from "../src/word.js";
-import { rawWord } from "./word.js";
+import { cubic, nearest, nearestOnCubic } from "../../src/word/cubics.js";
+import { Layout } from "../../src/word/forward.js";
+import { decodeWord } from "../../src/word/decode.js";
+import { rawWord } from "../oil.js";
 
 /** The same numbers every run. */
 function random(seed) {
