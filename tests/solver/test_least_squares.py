@@ -227,17 +227,19 @@ def test_geodesic_acceleration_shortens_the_way_along_a_curved_valley() -> None:
 
 
 def test_the_pieces_can_be_stepped_one_by_one() -> None:
-    from vfwidget.solver.levenberg_marquardt import Problem, drive, init, step
+    from vfwidget.solver.drivers import answer
+    from vfwidget.solver.levenberg_marquardt import init, step
+    from vfwidget.solver.problem import Problem
 
     def jacobian(x):
         return np.array([[-20 * x[0], 10], [-1, 0]])
 
     everywhere = np.full(2, np.inf)
     problem = Problem(-everywhere, everywhere)
-    state = drive(init(problem, np.array([-1.2, 1.0])), rosenbrock, jacobian)
+    state = answer(init(problem, np.array([-1.2, 1.0])), rosenbrock, jacobian)
     costs = [state.cost]
     while not state.reason:
-        drive(step(problem, state), rosenbrock, jacobian)
+        answer(step(problem, state), rosenbrock, jacobian)
         costs.append(state.cost)
     assert costs == sorted(costs, reverse=True)
     assert state.x == pytest.approx([1, 1], abs=1e-8)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..arrays import Array
+from ..solver.drivers import active_bounds, minimise
 from ..solver.least_squares import LIMIT, Iterate
-from ..solver.levenberg_marquardt import Problem, State, Tolerances, active_bounds, drive, finish
+from ..solver.problem import Problem, State, Tolerances
 from ..text import Text
 from .handle_terms import Pin
 from .term import Account, Energy, Term
@@ -168,8 +169,7 @@ def solve(
     problem = Problem(lower, upper, kinks, scale_by_columns=False, tolerances=tolerances)
 
     def descend(energy: Energy, x0: Array, history: list[Any]) -> State:
-        asking = finish(problem, x0, max_iterations, history)
-        return cast(State, drive(asking, energy.residual, energy.jacobian))
+        return minimise(problem, x0, energy.residual, energy.jacobian, max_iterations, history)
 
     def run(x0: Array) -> tuple[State, list[Any], list[Account], float]:
         history: list[Any] = []

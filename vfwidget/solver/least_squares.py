@@ -14,16 +14,9 @@ import numpy as np
 
 from ..arrays import Array, ArrayLike, is_tensor, padded_table, to_array
 from ..errors import SolveError
-from .levenberg_marquardt import (
-    Problem,
-    State,
-    Tolerances,
-    active_bounds,
-    drive,
-    drive_many,
-    finish,
-)
+from .drivers import History, active_bounds, minimise, minimise_batch
 from .loss import LOSSES
+from .problem import Problem, State, Tolerances
 
 LEAST_REACH = 1e-3
 LIMIT = "stopped at the limit of {} iterations"
@@ -175,18 +168,14 @@ def least_squares(
         return to_array(residual(outside(x)))
 
     if start.ndim == 1:
-        history: list[Any] = []
-        asking = finish(problem(lower, upper), start, max_iterations, history)
-        state = drive(asking, answer, derivative)
-        active = partial(active_bounds, problem(lower, upper), state, derivative)
+        history: History = []
+        alone = problem(lower, upper)
+        state = minimise(alone, start, answer, derivative, max_iterations, history)
+        active = partial(active_bounds, alone, state, derivative)
         return _result([state], active, [history], outside, max_iterations, single=True)
-    histories: list[list[Any]] = [[] for _ in start]
+    histories: list[History] = [[] for _ in start]
     problems = [problem(*sides) for sides in zip(lower, upper, strict=True)]
-    askings = [
-        finish(*each, max_iterations, history)
-        for each, history in zip(zip(problems, start, strict=True), histories, strict=True)
-    ]
-    states = drive_many(askings, start, answer, derivative)
+    states = minimise_batch(problems, start, answer, derivative, max_iterations, histories)
 
     def actives() -> Array:
         slopes = derivative(np.stack([state.x for state in states]))
@@ -214,7 +203,7 @@ def _as_tensors(x0: Any) -> Callable[[Array], Any]:
 def _result(
     states: list[State],
     active: Callable[[], Array],
-    histories: list[list[Any]],
+    histories: list[History],
     outside: Callable[[Array], Any],
     max_iterations: int,
     single: bool,

@@ -1,0 +1,94 @@
+"""The linear model of the residual at an iterate, with one-sided slopes at kinks.
+
+The residual may have kinks on planes ``x_i = c``; the caller gives the numbers ``c``. They divide
+the box into cells, and the residual is smooth in each of them. An iterate on a kink has one slope
+on either side. The kinks are parallel to the axes, so the slope in any direction is the sum of the
+one-sided partial slopes. Each coordinate on a kink therefore takes the side on which the cost
+falls (the steeper one, if it falls on both), and does not move if it falls on neither. If no
+coordinate can move, no direction lowers the cost, and the point is stationary.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import SolveError
+from .loss import rescale
+from .problem import Kind, Model, Problem, Request, State
+
+OFFSET = 1e-8
+"""The distance from a kink at which its one-sided derivative is evaluated."""
+
+
+def linearize(problem: Problem, state: State) -> Generator[Request, Array, Model]:
+    """The linear model at the iterate, and the range in which a step may lie.
+
+    Raises
+    ------
+    SolveError
+        The Jacobian has the wrong shape, or is not finite.
+    """
+    jacobian, low, high = yield from _one_sided(problem, state)
+    if jacobian.shape != (len(state.residual), len(state.x)):
+        raise SolveError(
+            f"The Jacobian has shape {jacobian.shape}; {len(state.residual)} residuals of "
+            f"{len(state.x)} variables require {(len(state.residual), len(state.x))}."
+        )
+    residual, jacobian = rescale(state.residual, jacobian, problem.loss, problem.loss_scale)
+    # On small arrays, calling dot takes half the time of the @ operator.
+    normal = jacobian.T.dot(jacobian)
+    columns = normal.diagonal()
+    unit = float(columns.max())
+    if not math.isfinite(unit):
+        raise SolveError("The Jacobian holds NaN or infinity.")
+    if problem.scale_by_columns:
+        state.scale = np.maximum(state.scale, columns)
+        unit = 1.0
+    return Model(jacobian, residual.dot(jacobian), normal, columns, unit, low, high)
+
+
+def half_gradient(problem: Problem, state: State, jacobian: Array) -> Array:
+    """Half the gradient of the cost, (n,), for a Jacobian at the iterate."""
+    residual, jacobian = rescale(state.residual, jacobian, problem.loss, problem.loss_scale)
+    return residual.dot(jacobian)
+
+
+def _one_sided(
+    problem: Problem, state: State
+) -> Generator[Request, Array, tuple[Array, Array, Array]]:
+    """The Jacobian on the sides on which the cost falls, and the range of a step, low and high."""
+    x = state.x
+    low, high = problem.lower - x, problem.upper - x
+    near = problem.kinks is not None and abs(problem.kinks - x[:, None]) < OFFSET
+    if near is False or not near.any():
+        jacobian = yield Request(Kind.JACOBIAN, x)
+        return jacobian, low, high
+    on_kink = near.any(1)
+    right, left = on_kink & (high > 0), on_kink & (low < 0)
+    beyond = x + OFFSET * right - OFFSET * (on_kink & ~right)
+    jacobian = yield Request(Kind.JACOBIAN, np.clip(beyond, problem.lower, problem.upper))
+    both = left & right
+    if not both.any():
+        return jacobian, low, high
+    before = x - OFFSET * left + OFFSET * (on_kink & ~left)
+    other = yield Request(Kind.JACOBIAN, np.clip(before, problem.lower, problem.upper))
+    descent_right = -half_gradient(problem, state, jacobian)
+    descent_left = half_gradient(problem, state, other)
+    take_left = both & (descent_left > 0) & (descent_left > descent_right)
+    take_right = both & (descent_right > 0) & ~take_left
+    jacobian = np.where(take_left, other, jacobian)
+    low = np.where(both & ~take_left, 0.0, low)
+    high = np.where(both & ~take_right, 0.0, high)
+    return jacobian, low, high
+
+
+def cell(kinks: Array, x: Array) -> tuple[Array, Array]:
+    """The distances, (n,) each, from x to the next kinks: below (negative) and above."""
+    gaps = kinks - x[:, None]
+    below = np.where(gaps < -OFFSET, gaps, -math.inf).max(1)
+    above = np.where(gaps > OFFSET, gaps, math.inf).min(1)
+    return below, above
