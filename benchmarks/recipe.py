@@ -25,7 +25,7 @@ from torch.autograd.functional import jacobian
 
 import vfwidget as vf
 from vfwidget.energy.solution import GAIN, ZERO_COST
-from vfwidget.outline.cubics import bernstein, segment_indices
+from vfwidget.outline.cubics import bernstein
 from vfwidget.outline.variation import merge_regions, selection
 
 STEP_TOLERANCE = 1e-9
@@ -95,7 +95,7 @@ class Recipe:
         self.lower, self.upper = (torch.from_numpy(bound) for bound in text.font.bounds)
         self.stay_close, self.trimmed = stay_close, trimmed
         before = sum(len(glyph.contours) for glyph in text.glyphs[: handle.glyph])
-        segment = segment_indices(text.word.contours)[before + handle.contour][handle.segment]
+        segment = text.word.contours.indices[before + handle.contour][handle.segment]
         self.segment = torch.from_numpy(segment)
         self.weights = torch.from_numpy(bernstein(handle.t))
 

@@ -9,14 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vfwidget as vf
-from vfwidget.outline.cubics import bernstein, nearest, segment_indices, x_extent
+from vfwidget.outline.contours import Contours
+from vfwidget.outline.cubics import bernstein, nearest, x_extent
 
 checked = settings(deadline=None, derandomize=True, max_examples=100)
 coordinate = st.integers(-1000, 1000).map(float)
 point = st.tuples(coordinate, coordinate)
 contours = st.integers(1, 3).flatmap(
     lambda s: st.lists(point, min_size=3 * s, max_size=3 * s).map(
-        lambda points: np.array(points)[segment_indices([s])[0]]
+        lambda points: np.array(points)[Contours([s]).segments]
     )
 )
 cubics = st.lists(st.tuples(*[point] * 4), min_size=1, max_size=4).map(np.array)
@@ -30,13 +31,6 @@ def along(segments: np.ndarray, count: int = 4001) -> np.ndarray:
 def test_weights_of_the_control_points():
     np.testing.assert_allclose(bernstein(0.25) * 64, [27, 27, 9, 1])
     np.testing.assert_array_equal([bernstein(0), bernstein(1)], [[1, 0, 0, 0], [0, 0, 0, 1]])
-
-
-def test_segments_of_a_contour_share_ends_and_the_last_closes_it():
-    first, second = segment_indices([2, 1])
-    assert first.tolist() == [[0, 1, 2, 3], [3, 4, 5, 0]]
-    assert second.tolist() == [[6, 7, 8, 6]]
-    assert segment_indices([]) == []
 
 
 @checked

@@ -16,7 +16,7 @@ from scan import scan
 from torch.autograd import forward_ad
 
 import vfwidget as vf
-from vfwidget.outline.cubics import segment_indices
+from vfwidget.outline.contours import Contours
 from vfwidget.raster import frame, image_and_jacobian
 from vfwidget.raster.coverage import fill
 
@@ -41,7 +41,7 @@ def contours(coordinate, most=4):
     point = st.tuples(coordinate, coordinate)
     one = st.integers(1, 5).flatmap(
         lambda s: st.lists(point, min_size=3 * s, max_size=3 * s).map(
-            lambda points: np.array(points)[segment_indices([s])[0]]
+            lambda points: np.array(points)[Contours([s]).segments]
         )
     )
     return st.lists(one, min_size=1, max_size=most)
@@ -568,7 +568,7 @@ def test_torch_func():
 def test_gradcheck():
     pair, _ = crossing()
     # A contour must stay closed as its points are moved one by one.
-    indices = segment_indices([4])[0]
+    indices = Contours([4]).segments
     free = torch.tensor(pair[:, :, :3].reshape(2, 12, 2), requires_grad=True)
     transform = torch.tensor(TURNED, requires_grad=True)
 

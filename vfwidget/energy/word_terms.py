@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array, ArrayLike, to_array, to_tensor
 from ..errors import SolveError
-from ..outline.cubics import AREA, segment_indices
+from ..outline.cubics import AREA
 from ..text import Text
 from ..text.word import Handle, PointSet
 from .term import Derivative, Term
@@ -157,7 +157,7 @@ class Area(Term):
         super().bind(text)
         if not text.word.contours:
             raise SolveError(f"{text.string!r} has no outline, and so no area.")
-        bound = replace(self, _contours=np.concatenate(segment_indices(text.word.contours)))
+        bound = replace(self, _contours=text.word.contours.segments)
         here = bound._measure(to_array(text.points()))
         # Outer contours run one way or the other, as the font's designer had it.
         bound = replace(bound, _sign=math.copysign(1.0, here))

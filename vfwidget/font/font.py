@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,10 +13,12 @@ from fontTools.ttLib import TTFont
 from ..arrays import Array, ArrayLike, is_tensor, like, to_array
 from ..errors import AxisError, FontError, GlyphError
 from ..outline.coordinates import check_coordinates
+from ..outline.glyph import Glyph
 from . import axes as axis_maths
-from .glyph import Glyph
+from .axes import NamedInstance
+from .reader import read_glyph
 from .shaping import ShapedGlyph, Shaper
-from .source import FontSource, open_font, reason
+from .source import FontSource, font_bytes, open_font, reason
 
 if TYPE_CHECKING:
     import torch
@@ -77,6 +80,9 @@ class Font:
             raise FontError(f"The font file is damaged or truncated ({reason(error)}).") from error
         self._ttfont = ttfont
         self._glyphs: dict[str, Glyph] = {}
+        # fontTools reads a table when it is first asked for, which only one thread may do at a
+        # time.
+        self._reading = RLock()
 
     def _read(self, ttfont: TTFont) -> None:
         # First, while the tables are as the file has them: fontTools would write anew those it has
@@ -98,16 +104,28 @@ class Font:
             if tag in ttfont:
                 ttfont[tag]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A pickle holds the font file; the glyphs are read from it again."""
+        return load_font, (font_bytes(self._ttfont),)
+
+    def __copy__(self) -> Font:
+        return self
+
+    def __deepcopy__(self, _memo: dict[int, Any]) -> Font:
+        # A font never changes, so that one serves all texts, copied or not.
+        return self
+
     def __repr__(self) -> str:
         return f"<Font {self.family_name!r}: {', '.join(axis.tag for axis in self.axes)}>"
 
-    def normalize(self, values: Mapping[str, Any]) -> torch.Tensor:
+    def normalize(self, values: Mapping[str, Any] | NamedInstance) -> torch.Tensor:
         """User coordinates to normalized coordinates.
 
         Parameters
         ----------
-        values : mapping of tag to number
-            Missing tags mean default. A number may be a tensor; its gradient is kept.
+        values : mapping of tag to number, or NamedInstance
+            An axis that is not in the mapping takes its default value. A number may be a tensor;
+            its gradient is kept. An instance must be one of :attr:`instances`.
 
         Returns
         -------
@@ -116,7 +134,7 @@ class Font:
         Raises
         ------
         AxisError
-            An unknown tag, or a value that is not a finite number.
+            An unknown tag, a value that is not a finite number, or an instance of another font.
 
         Warns
         -----
@@ -130,11 +148,22 @@ class Font:
         """
         import torch
 
+        if isinstance(values, NamedInstance):
+            values = self._instance_axes(values)
         parts = axis_maths.normalize(self.axes, values)
         graph = [part for part in parts if is_tensor(part)]
         if not graph:
             return torch.tensor(parts, dtype=torch.float64)
         return torch.stack([like(part, graph[0]).reshape(()) for part in parts])
+
+    def _instance_axes(self, instance: NamedInstance) -> Mapping[str, float]:
+        if instance not in self.instances:
+            names = ", ".join(each.name for each in self.instances)
+            raise AxisError(
+                f"{instance.name!r} is an instance of another font; {self.family_name} has the "
+                f"instances: {names or 'none'}."
+            )
+        return instance.axes
 
     def denormalize(self, w: ArrayLike) -> dict[str, float]:
         """Normalized coordinates (n,) to user coordinates by tag.
@@ -174,15 +203,18 @@ class Font:
         """
         name = self._glyph_name(key)
         if name not in self._glyphs:
-            try:
-                self._glyphs[name] = Glyph(self._ttfont, name)
-            except FontError:
-                raise
-            except Exception as error:
-                raise FontError(
-                    f"The data of glyph {name!r} are damaged ({reason(error)})."
-                ) from error
+            with self._reading:
+                if name not in self._glyphs:
+                    self._glyphs[name] = self._read_glyph(name)
         return self._glyphs[name]
+
+    def _read_glyph(self, name: str) -> Glyph:
+        try:
+            return read_glyph(self._ttfont, name)
+        except FontError:
+            raise
+        except Exception as error:
+            raise FontError(f"The data of glyph {name!r} are damaged ({reason(error)}).") from error
 
     def _glyph_name(self, key: str | int) -> str:
         if isinstance(key, str):

@@ -38,7 +38,7 @@ def bundled_fonts() -> tuple[str, ...]:
 
 
 def open_font(source: FontSource) -> TTFont:
-    """Open a font file, in full and within limits.
+    """Open a font file, in full and within limits, on a reader of its own.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def open_font(source: FontSource) -> TTFont:
         Unknown name, missing or oversized file, failed download, or not a font.
     """
     if isinstance(source, TTFont):
-        return source
+        source = _saved(source)
     data = bytes(source) if isinstance(source, bytes | bytearray | memoryview) else _read(source)
     if len(data) > MAX_FILE_BYTES:
         raise FontError(f"The font file is larger than the limit of {MAX_FILE_BYTES} bytes.")
@@ -73,6 +73,27 @@ def open_font(source: FontSource) -> TTFont:
     if any(table.offset + table.length > len(data) for table in tables):
         raise FontError("The font file is truncated: it ends before its tables do.")
     return font
+
+
+def font_bytes(font: TTFont) -> bytes:
+    """The file that :func:`open_font` opened."""
+    return bytes(font.reader.file.getvalue())
+
+
+def _saved(font: TTFont) -> bytes:
+    """An open font as a file, without compression; the font itself is left as it is."""
+    file, flavor = io.BytesIO(), font.flavor
+    try:
+        font.flavor = None
+        font.save(file, reorderTables=None)
+    except Exception as error:
+        # A table that was edited or is damaged can fail to compile with any exception.
+        raise FontError(
+            f"The open font cannot be saved, so it cannot be read ({reason(error)})."
+        ) from error
+    finally:
+        font.flavor = flavor
+    return file.getvalue()
 
 
 def _read(source: str | os.PathLike[str]) -> bytes:

@@ -18,7 +18,6 @@ import numpy as np
 
 from ..arrays import Array, BoolArray
 from ..errors import ImageError
-from ..outline.cubics import segment_indices
 from ..raster.coverage import Boundary, fill
 from ..text import Text
 from .images import Levels, basis
@@ -92,7 +91,7 @@ class Scene:
         self._sizes = text.word.contours
         if not self._sizes:
             raise ImageError(f"There is no ink to match: {text.string!r} is blank.")
-        self._indices = np.concatenate(segment_indices(self._sizes))
+        self._indices = self._sizes.segments
         self.centre = middle(text)
         self._latest: tuple[Array, _Picture] | None = None
 

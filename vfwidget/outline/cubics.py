@@ -1,9 +1,9 @@
-"""Cubic Béziers: evaluate, index, bound and find the nearest point. Arrays (..., 4, 2)."""
+"""Cubic Béziers: evaluate, bound and find the nearest point. Arrays (..., 4, 2)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,27 +25,6 @@ def bernstein(t: float) -> Array:
     """The four weights of a cubic's control points at parameter t in 0 … 1."""
     u = 1 - t
     return np.array([u * u * u, 3 * u * u * t, 3 * u * t * t, t * t * t])
-
-
-def segment_indices(contours: Sequence[int]) -> list[Any]:
-    """Which control points each segment uses.
-
-    Parameters
-    ----------
-    contours : sequence of int
-        Segments s of each closed contour, whose 3 s control points follow one another.
-
-    Returns
-    -------
-    list of (s, 4) int arrays
-    """
-    found = []
-    first = 0
-    for s in contours:
-        within = (3 * np.arange(s)[:, None] + np.arange(4)) % (3 * s)
-        found.append(first + within)
-        first += 3 * s
-    return found
 
 
 def nearest(segments: Array, point: Array) -> tuple[int, float]:

@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 
 from ..arrays import Array, to_array
 from ..font import Font, Glyph, load_font
-from ..outline.cubics import segment_indices
 from .canvas import (
     BLUE,
     COLOURS,
@@ -282,7 +281,7 @@ def delta_sets(
     made[-1].set_title("outline at w", fontsize="large")
     for panel, sets, by in zip(made[1:-1], parts, moved, strict=True):
         draw_glyph(panel, start, **PALE)
-        alone = [(default + by)[indices] for indices in segment_indices(shape.contours)]
+        alone = shape.contours.split(default + by)
         draw_glyph(panel, alone, facecolor="none", edgecolor=VERMILLION, linewidth=0.8)
         arrows(panel, default[::3], by[::3], VERMILLION)
         heading = f"{len(sets)} other sets\nadded up"

@@ -12,7 +12,7 @@ from ..arrays import Array, ArrayLike, to_array, to_tensor
 from ..errors import AxisError, GlyphError
 from ..font import Font, Glyph, load_font
 from ..outline.coordinates import check_coordinates
-from ..outline.cubics import nearest, segment_indices
+from ..outline.cubics import nearest
 from .word import Handle, PointSet, Word
 
 if TYPE_CHECKING:
@@ -158,8 +158,7 @@ class Text:
 
     def segments(self, theta: ArrayLike | None = None) -> list[torch.Tensor]:
         """Every closed contour of the word, in order, as cubic segments (s, 4, 2)."""
-        points = self.points(theta)
-        return [points[indices] for indices in segment_indices(self.word.contours)]
+        return self.word.contours.split(self.points(theta))
 
     def advance(self) -> float:
         """Width of the whole line, in font units."""
@@ -208,8 +207,7 @@ class Text:
         if not owners:
             raise GlyphError(f"{self.string!r} has no outline to take a point of.")
         points = self.positions(self.point_set(), self._theta)
-        segments = np.concatenate(segment_indices(self.word.contours))
-        found, t = nearest(points[segments], point)
+        found, t = nearest(points[self.word.contours.segments], point)
         return Handle(*owners[found], t, word=self.word)
 
     def position(self, handle: Handle) -> torch.Tensor:

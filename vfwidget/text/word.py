@@ -20,7 +20,8 @@ import numpy as np
 
 from ..arrays import Array, BoolArray, IntArray, like, namespace, padded_table
 from ..font import Font, Glyph
-from ..outline.cubics import bernstein, segment_indices
+from ..outline.contours import Contours
+from ..outline.cubics import bernstein
 from ..outline.variation import Regions, merge_regions, selection
 
 MOST_KNOWN = 256
@@ -167,10 +168,10 @@ class Word:
         """Which letters' advances might come to nothing somewhere, (l,): their least sum is < 0."""
         return self.advance_base + np.minimum(self.advance_deltas, 0).sum(1) < 0
 
-    @property
-    def contours(self) -> list[int]:
-        """How many segments each contour of the word has, letter after letter."""
-        return [segments for glyph in self.glyphs for segments in glyph.contours]
+    @cached_property
+    def contours(self) -> Contours:
+        """The contours of the word, letter after letter."""
+        return Contours(segments for glyph in self.glyphs for segments in glyph.contours)
 
     @property
     def parameters(self) -> int:
@@ -203,7 +204,7 @@ class Word:
         letter = np.array([h.glyph for h in handles], dtype=np.intp)
         base, deltas = [], []
         for h in handles:
-            indices = segment_indices(self.glyphs[h.glyph].contours)[h.contour][h.segment]
+            indices = self.glyphs[h.glyph].contours.indices[h.contour][h.segment]
             weights = bernstein(h.t)
             base.append(weights @ self.glyphs[h.glyph].affine.base[indices])
             deltas.append(np.tensordot(weights, self._spread(h.glyph, indices), 1))

@@ -1,0 +1,77 @@
+"""Fonts as objects: copies and pickles, threads, instances."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import fonts
+import pytest
+import torch
+
+import vfwidget as vf
+from vfwidget.font.source import open_font
+
+
+def test_a_font_is_pickled_by_its_file_and_once():
+    font = vf.load_font("dynapuff")
+    font.glyph("a")
+    data = pickle.dumps([font, font])
+    one, other = pickle.loads(data)
+    assert one is other
+    assert len(data) < len(pickle.dumps(font)) + 100
+    w = [0.25, -0.5]
+    assert torch.equal(one.glyph("a").points(w), font.glyph("a").points(w))
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
+def test_a_copy_of_a_font_is_the_font_itself(copied):
+    font = vf.load_font("dynapuff")
+    assert copied(font) is font
+
+
+def test_a_font_stays_as_it_was_when_the_open_font_it_came_from_is_edited():
+    opened = open_font("dynapuff")
+    font = vf.load_font(opened)
+    opened["hmtx"]["a"] = (5000, 0)
+    del opened["gvar"].variations["a"]
+    fresh = vf.load_font("dynapuff").glyph("a")
+    assert torch.equal(font.glyph("a").points([1, 1]), fresh.points([1, 1]))
+    assert opened.flavor == "woff2"
+
+
+def test_an_open_font_is_read_as_it_was_edited():
+    opened = fonts.open_font(fonts.phantom_points())
+    opened["hmtx"]["c"] = (123, -20)
+    assert vf.load_font(opened).glyph("c").advance([0, 0]).item() == 123
+
+
+def test_an_open_font_that_cannot_be_saved():
+    opened = fonts.open_font(fonts.phantom_points())
+    opened["head"].unitsPerEm = "many"
+    with pytest.raises(vf.FontError, match="The open font cannot be saved"):
+        vf.load_font(opened)
+
+
+def test_threads_may_read_one_font():
+    want = vf.load_font("dynapuff")
+    names = want.glyph_names[:200]
+    font = vf.load_font("dynapuff")
+    with ThreadPoolExecutor(8) as pool:
+        rows = [pool.map(font.glyph, names) for _ in range(8)]
+        for row in rows:
+            for name, glyph in zip(names, row, strict=True):
+                assert torch.equal(glyph.default, want.glyph(name).default)
+
+
+def test_an_instance_is_a_location():
+    font = vf.load_font("recursive")
+    bold = next(instance for instance in font.instances if "Bold" in instance.name)
+    assert torch.equal(font.normalize(bold), font.normalize(bold.axes))
+
+
+def test_an_instance_of_another_font_is_refused():
+    foreign = vf.load_font("recursive").instances[0]
+    with pytest.raises(vf.AxisError, match="is an instance of another font; DynaPuff has the inst"):
+        vf.load_font("dynapuff").normalize(foreign)
