@@ -8,7 +8,7 @@ import pytest
 import torch
 
 import vfwidget as vf
-from vfwidget.outline.cubics import bernstein
+from vfwidget.outline.cubics import bernstein, x_extent
 
 FONTS = vf.bundled_fonts()
 WORD = "fjörd 8"
@@ -65,7 +65,7 @@ def test_a_word_is_its_glyphs_side_by_side(name):
         want.append(glyph.points(w) + torch.tensor([pen, 0.0]))
         if contours:
             # Eq. 3 as printed: side bearings and the outline's width between.
-            edges = vf.bezier.x_extent(contours)
+            edges = x_extent(contours)
             assert left + (edges[1] - edges[0]) + right == pytest.approx(glyph.advance(w).item())
         pen += glyph.advance(w).item()
     torch.testing.assert_close(text.points(theta), torch.cat(want))
