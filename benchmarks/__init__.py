@@ -1,1 +1,1 @@
-"""Whole workloads, each timed against a baseline in one run: ``python -m benchmarks``."""
+"""Time whole workloads against baselines in the same run: ``python -m benchmarks``."""

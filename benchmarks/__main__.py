@@ -14,10 +14,10 @@ NAMES = ("drag", "size", "latency", "study", "reach", "raster", "recovery", "fit
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("--only", choices=NAMES, help="run this one alone")
-    parser.add_argument("--quick", action="store_true", help="fewer rounds, rougher numbers")
+    parser.add_argument("--only", choices=NAMES, help="run only this benchmark")
+    parser.add_argument("--quick", action="store_true", help="fewer rounds, less precise numbers")
     options = parser.parse_args()
-    # Eager PyTorch on arrays this small gains nothing from more threads, and is steadier with one.
+    # More threads do not help PyTorch with arrays this small, and make the times less stable.
     torch.set_num_threads(1)
     printer = Printer()
     for name in [options.only] if options.only else NAMES:

@@ -1,7 +1,7 @@
-"""What a font costs a catalogue: to load and unpack, to sweep, and to fit.
+"""Time that one font needs: to load and unpack it, for the coarse search, and for the fit.
 
-One picture of each bundled font's own letter and word is matched by that font. The last line adds
-the costs up for a thousand such fonts, of which the sweep keeps as many as ``vf.match`` does.
+Each bundled font is matched with a picture of a letter and of a word in that font. The last line
+adds up the times for a thousand such fonts, of which ``vf.match`` fits only the best few.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FONTS = 1000
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """A line for each font, and one for a thousand."""
+    """Yield a line for each font, and one for a thousand fonts."""
     costs = []
     for name in vf.bundled_fonts():
         for string in STRINGS:
@@ -36,7 +36,7 @@ def run(quick: bool) -> Iterator[Row]:
                 ours=f"{sweep:.2f} s",
                 baseline="",
                 ratio="",
-                notes=f"sweep; of it loading and unpacking {load:.2f} s; fit {fit:.2f} s more",
+                notes=f"search, including {load:.2f} s to load; the fit takes another {fit:.2f} s",
             )
     _, sweep, fit = np.mean(costs, axis=0)
     yield Row(
@@ -45,12 +45,12 @@ def run(quick: bool) -> Iterator[Row]:
         ours=f"{(FONTS * sweep + KEPT * fit) / 60:.1f} min",
         baseline=f"all fitted {FONTS * (sweep + fit) / 60:.1f} min",
         ratio=f"{(sweep + fit) / (sweep + fit * KEPT / FONTS):.1f}×",
-        notes=f"{FONTS} sweeps and {KEPT} fits, by the means above",
+        notes=f"{FONTS} searches and {KEPT} fits, from the means above",
     )
 
 
 def _cost(name: str, string: str, rounds: int) -> tuple[float, float, float]:
-    """Seconds to load, to sweep (with loading) and to fit (without the sweep)."""
+    """Seconds to load, to search (including the load) and to fit (without the search)."""
     text = vf.Text(name, string)
     lower, upper = text.font.bounds
     place = np.random.default_rng(4).uniform(lower, upper)[None]

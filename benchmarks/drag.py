@@ -1,6 +1,6 @@
 """One update of a drag: ours against the paper's recipe, on the same pointer positions.
 
-Every contestant goes on from where its own last update ended, as a drag does.
+Each method starts every update from the result of its own previous update, as in a real drag.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from .timing import Array, Times, interleave
 EVENTS = 30
 STAY_CLOSE = 1e-3
 LIMIT = 30
-"""Iterations of one update: the editor's own limit while the pointer moves."""
+"""Iterations of one update; the editor has the same limit while the pointer moves."""
 TOLERATED = 0.5
-"""Font units by which ours may miss more than the recipe does."""
+"""Font units by which our distance to the target may exceed that of the recipe."""
 WORD = "variable"
 
 
 @dataclass(frozen=True)
 class Drag:
-    """A point of a word's last letter, and where the pointer takes it.
+    """A point of the last letter of a word, and the positions of the pointer.
 
-    The text is a fifth of the way from the default to the far end of every axis. On the default
-    itself the printed φ of an axis that only goes down has no slope, and the recipe would rest.
+    Every axis of the text starts at a fifth of the way from the default to its farther end. At the
+    default, φ as printed has no slope for an axis that only decreases, so the recipe would stop.
     """
 
     text: vf.Text
@@ -40,14 +40,14 @@ class Drag:
 
     @staticmethod
     def reachable(text: vf.Text) -> Drag:
-        """The handle's own way while all axes go on to four fifths of theirs."""
+        """Return positions of the handle while all axes move to four fifths of their range."""
         text, handle, far = _start(text)
         places = [text.at(theta=way * far) for way in np.linspace(0.2, 0.8, EVENTS + 1)[1:]]
         return Drag(text, handle, [place.position(handle).numpy() for place in places])
 
     @staticmethod
     def beyond(text: vf.Text) -> Drag:
-        """Up and to the right, half an em, to where no axis can follow."""
+        """Return positions up to half an em to the upper right, which no axis can reach."""
         text, handle, _ = _start(text)
         end = text.font.units_per_em * np.array([0.4, 0.3])
         start = text.position(handle).numpy()
@@ -64,7 +64,7 @@ def _start(text: vf.Text) -> tuple[vf.Text, vf.Handle, Array]:
 
 
 class Ours:
-    """What the editor does at a pointer move."""
+    """Does what the editor does at a pointer move."""
 
     def __init__(self, drag: Drag) -> None:
         self.drag = drag
@@ -84,7 +84,7 @@ class Ours:
 
 
 class Theirs:
-    """The recipe at a pointer move."""
+    """Does what the recipe does at a pointer move."""
 
     def __init__(self, drag: Drag, trimmed: bool) -> None:
         self.drag = drag
@@ -107,7 +107,7 @@ class Theirs:
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """A glyph of each bundled font, a word in two ways, and a glyph dragged out of reach."""
+    """Drag a glyph of each bundled font, a word in two ways, and a glyph out of reach."""
     for name in vf.bundled_fonts():
         glyph = Drag.reachable(vf.Text(name, "a"))
         yield from _compare(f"{name} a", glyph, rounds=5 if quick else 20)

@@ -1,7 +1,7 @@
-"""A picture to its axes: ours against the paper's recipe, diffvg and a hundred steps of Adam.
+"""Fit a letter to a picture: ours against the paper's recipe, 100 steps of Adam with diffvg.
 
-Both start at the default and know where the letter stands; both end when they end. The recipe is
-timed for a few of its steps, which are all alike.
+Both start at the default and know the position of the letter. Only a few steps of the recipe are
+timed, because all its steps take the same time.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ SIZES = ((256, 256), (512, 576), (640, 640))
 STEPS, TIMED = 100, 4
 LEARNING_RATE = 0.03
 SEEN = 0.01
-"""A standard deviation below which an axis can be told from the picture."""
+"""Standard deviation below which the picture determines an axis."""
 
 
 class Recipe:
-    """Sec. 5.4: the squared difference of two pictures, by diffvg, minimised by Adam over Θ."""
+    """Minimises the squared difference of two pictures over Θ with Adam (Sec. 5.4)."""
 
     def __init__(self, text: vf.Text, goal: torch.Tensor, backend: str) -> None:
         self.text, self.goal, self.backend = text, goal, backend
@@ -38,7 +38,7 @@ class Recipe:
         self.optimizer = torch.optim.Adam([self.theta], lr=LEARNING_RATE)
 
     def step(self) -> None:
-        """One step of Adam, Θ projected onto its bounds."""
+        """Take one step of Adam and project Θ onto its bounds."""
         segments = self.text.segments(self.theta)
         image = vf.rasterize(segments, self.size, self.placement, backend=self.backend)
         self.optimizer.zero_grad()
@@ -49,7 +49,7 @@ class Recipe:
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """A line for each letter and size."""
+    """Yield a line for each letter and size."""
     for name, letter, axes in CASES:
         for size in SIZES[:1] if quick else SIZES:
             yield _row(vf.Text(name, letter), axes, size, rounds=2 if quick else 5)

@@ -1,9 +1,9 @@
-"""From pointer to paint: the editor in real JupyterLab, in headless Chromium.
+"""Time from a pointer event to the painted frame, in JupyterLab in headless Chromium.
 
-A drag goes along reachable positions and back, one pointer move every 1/60 s. A pointer event's
-latency ends with the first painted frame that shows an answer to it or to a later one: while the
-kernel solves, the view keeps only the latest. The baseline is the view by itself: a slider's input
-event to paint, no kernel asked.
+A drag follows reachable positions and returns, with one pointer move every 1/60 s. The latency of
+a pointer event ends with the first painted frame that shows the answer to it or to a later event,
+because the view keeps only the latest event while the kernel solves. The baseline is the time from
+an input event of a slider to the painted frame, which needs no kernel.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .timing import Array, Spread
 MOVES = 60
 PERIOD = 1 / 60
 PATIENCE = 120
-"""Seconds for JupyterLab to start, and for a notebook to run."""
+"""Seconds that JupyterLab may take to start, and a notebook to run."""
 
 PROBE = """root => {
   const log = window.probe = {moves: [], sent: [], answered: [], paints: []};
@@ -46,13 +46,13 @@ PROBE = """root => {
     });
   }
   addEventListener('pointermove', e => e.buttons && log.moves.push(performance.now()), true);
-  // A frame's changes come before it is painted, a message posted then arrives after.
+  // A message that is posted when a frame changes arrives after the frame has been painted.
   const { port1, port2 } = new MessageChannel();
   port1.onmessage = ({ data }) => log.paints.push([data, performance.now()]);
   new MutationObserver(() => port2.postMessage(performance.now()))
     .observe(root, {subtree: true, attributeFilter: ['d']});
 }"""
-"""Notes when the view is told of a move, asks, is answered, and has (changed, painted)."""
+"""Records the times of pointer moves, messages, answers, and (change, paint) pairs."""
 
 SLIDE = """async ([root, count]) => {
   const slider = root.querySelector('input[type=range]');
@@ -68,10 +68,10 @@ SLIDE = """async ([root, count]) => {
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """A single glyph, then a word with one axis vector per letter."""
+    """Measure a single glyph, then a word with one axis vector per letter."""
     chromium = shutil.which("chromium")
     if chromium is None:
-        yield Row("latency", "skipped: it needs Chromium", "", "", "")
+        yield Row("latency", "skipped: requires Chromium", "", "", "")
         return
     with jupyterlab() as (address, folder), browser_page(chromium) as page:
         for string, shared in (("a", True), (WORD, False)):
@@ -93,7 +93,7 @@ def _measure(page: Any, root: Any, drag: Drag, rounds: int) -> Iterator[Row]:
         trips.append(round_trips)
         if not turn % 2:
             slides.append(_slide(page, root))
-    del drags[0], slides[0], trips[0]  # a warm-up
+    del drags[0], slides[0], trips[0]  # warm-up
     ratios = [np.median(a) / np.median(b) for a, b in zip(drags, slides, strict=True)]
     case = f"recursive {drag.text.string}" + ("" if drag.text.shared else ", per letter")
     pointer, slider, trip = map(np.concatenate, (drags, slides, trips))
@@ -112,12 +112,12 @@ def _measure(page: Any, root: Any, drag: Drag, rounds: int) -> Iterator[Row]:
         baseline=f"of {milliseconds(np.median(pointer))}",
         ratio="",
         notes=f"95 %: {np.percentile(trip, 95):.1f} ms, "
-        f"{len(trip) / rounds:.0f} asked for {len(pointer) / rounds:.0f} moves",
+        f"{len(trip) / rounds:.0f} messages for {len(pointer) / rounds:.0f} moves",
     )
 
 
 def _drag(page: Any, root: Any, drag: Drag) -> tuple[Array, Array]:
-    """Go to the last target and back: each move's latency, and each message's round trip."""
+    """Drag to the last target and back; return latencies of moves and of messages."""
     ahead = [drag.text.position(drag.handle).tolist(), *(t.tolist() for t in drag.targets)]
     way = np.array((ahead + ahead[::-1])[: MOVES + 1])
     places = root.evaluate("(root, way) => way.map(p => root.__vfw.toClient(...p))", way.tolist())
@@ -141,7 +141,7 @@ def _drag(page: Any, root: Any, drag: Drag) -> tuple[Array, Array]:
 
 
 def _slide(page: Any, root: Any) -> Array:
-    """Latencies of a slider that goes up and down again."""
+    """Return the latencies of a slider that moves up and down."""
     _clear(page)
     inputs = np.array(page.evaluate(SLIDE, [root.element_handle(), MOVES]))
     _settle(page)
@@ -149,7 +149,7 @@ def _slide(page: Any, root: Any) -> Array:
 
 
 def _painted(log: dict[str, Any], since: Array) -> Array:
-    """When the first change after each moment was on the screen."""
+    """Return the time at which the first change after each moment was painted."""
     changed, painted = np.array(log["paints"]).T
     return painted[np.searchsorted(changed, since)]
 
@@ -159,7 +159,7 @@ def _clear(page: Any) -> None:
 
 
 def _settle(page: Any) -> None:
-    """Wait until every message is answered and the window has stopped moving."""
+    """Wait until every message is answered and the view has stopped moving."""
     page.wait_for_function(
         "() => { const s = document.querySelector('.vfwidget-editor').__vfw.stats;"
         " return s.answered + s.timedOut >= s.sent }"
@@ -179,7 +179,7 @@ def _notebook(text: vf.Text) -> Any:
 
 
 def _open(page: Any, url: str) -> Any:
-    """The editor of a notebook, all of whose cells have run."""
+    """Open a notebook, run all cells and return its editor."""
     page.goto(url)
     page.wait_for_selector(".jp-Notebook .jp-Cell", timeout=1e3 * PATIENCE)
     page.evaluate(
@@ -197,7 +197,7 @@ def _open(page: Any, url: str) -> Any:
 
 @contextmanager
 def browser_page(chromium: str) -> Iterator[Any]:
-    """A page of a headless browser."""
+    """Yield a page of a headless browser."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -208,7 +208,7 @@ def browser_page(chromium: str) -> Iterator[Any]:
 
 @contextmanager
 def jupyterlab() -> Iterator[tuple[str, Path]]:
-    """A JupyterLab server of our own: its address and its folder."""
+    """Start a JupyterLab server and yield its address and its folder."""
     with ExitStack() as stack:
         folder, home = (
             stack.enter_context(tempfile.TemporaryDirectory(ignore_cleanup_errors=True))

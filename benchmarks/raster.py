@@ -1,8 +1,8 @@
-"""Outlines to images: time beside diffvg, growth, accuracy, and batches.
+"""Rendering outlines: time compared with diffvg, growth, accuracy, and batches.
 
-Times are of one image and its gradient by the control points, and of the clock on the wall. diffvg
-computes in as many threads as there are cores, ours in one, so that beside it the ratio of the
-processors' times is told as well: the one that does not depend on how many cores are free.
+Times are elapsed times for one image and its gradient with respect to the control points. diffvg
+uses all cores and ours uses one. The notes therefore also give the ratio of processor times, which
+does not depend on the number of free cores.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from .table import Row, milliseconds
 from .timing import Array, Times
 
 GLYPHS = (("dynapuff", "o"), ("roboto-flex", "R"), ("recursive", "@"))
-"""Of few segments to many."""
+"""Glyphs with few to many segments."""
 SIZES = ((256, 256), (512, 576), (640, 640))
 SIDES = (128, 256, 512, 1024)
 FONT, WORD = "recursive", "variable"
 LETTERS = (1, 2, 4, 8, 16, 32)
 LINE = (128, 2048)
-"""Room for the longest text, at one scale for all."""
+"""Image size that holds the longest text; all texts have the same scale."""
 CHARACTERS = "AQRSWXagkt48&@$%éöß§"
-"""Of every bundled font, for accuracy."""
+"""Characters of every bundled font that are used to measure accuracy."""
 LINES = 256
 REPEATS = 10
-"""How often ours runs while diffvg runs once, which takes as long as hundreds."""
+"""Number of runs of ours for one run of diffvg, which takes hundreds of times longer."""
 
 Contours = list[Tensor]
 Run = Callable[[], None]
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """Three glyphs at three sizes; pixels, segments and batches; a hundred glyphs' errors."""
+    """Measure three glyphs at three sizes, growth, accuracy and batches."""
     for size in SIZES:
         for name, letter in GLYPHS:
             yield _beside_diffvg(name, letter, size, rounds=1 if quick else 5)
@@ -72,7 +72,7 @@ def run(quick: bool) -> Iterator[Row]:
 
 
 def contours(string: str, size: tuple[int, int], font: str = FONT) -> Contours:
-    """A text's contours in pixels, framed."""
+    """Return the contours of a text in pixels; the text fills the image."""
     text = vf.Text(font, string)
     return [_put(segments, frame(text, size)) for segments in text.segments()]
 
@@ -86,10 +86,10 @@ def _line(letters: int) -> vf.Text:
 
 
 def render(segments: Contours, size: tuple[int, int], backend: str = "exact") -> Run:
-    """An image of these contours, and from some slope by the image that by their control points."""
+    """Return a function that draws contours and computes a gradient with respect to them."""
     leaves = [contour.clone().requires_grad_() for contour in segments]
     batch = segments[0].shape[:-3]
-    # Not the same everywhere.
+    # The gradient with respect to the image varies from pixel to pixel.
     slope = torch.linspace(-1, 1, size[0] * size[1]).reshape(size).to(leaves[0])
     slope = slope.expand(*batch, *size).contiguous()
 
@@ -103,10 +103,10 @@ def render(segments: Contours, size: tuple[int, int], backend: str = "exact") ->
 
 
 def in_turns(contestants: list[Run], rounds: int, repeats: list[int]) -> tuple[Times, Times]:
-    """Seconds on the wall, and of all processors together; contestants in turns.
+    """Return elapsed seconds and processor seconds of contestants that take turns.
 
-    A different one begins each time. Each runs several times at its turn, of which the median
-    counts; one round goes before.
+    A different contestant begins each round. In its turn each runs ``repeats`` times, and the
+    median counts. One untimed round precedes the others.
     """
     count = len(contestants)
     seconds: Array = np.zeros((2, count, rounds + 1))
@@ -143,7 +143,7 @@ def _beside_diffvg(name: str, letter: str, size: tuple[int, int], rounds: int) -
 
 
 def _growth(cases: list[tuple[str, Run]], rounds: int) -> Iterator[Row]:
-    """Each case against the first."""
+    """Compare each case with the first one."""
     times, _ = in_turns([contestant for _, contestant in cases], rounds, [1] * len(cases))
     for i, (case, _) in enumerate(cases):
         yield Row(
@@ -156,7 +156,7 @@ def _growth(cases: list[tuple[str, Run]], rounds: int) -> Iterator[Row]:
 
 
 def _accuracy(glyphs: int) -> Row:
-    """Errors against scanlines, of glyphs at random places of their fonts' design spaces."""
+    """Compare glyphs at random locations of the design space with a scanline rasteriser."""
     size, rng = (256, 256), np.random.default_rng(0)
     means, most = [], []
     for name in vf.bundled_fonts():
@@ -178,7 +178,7 @@ def _accuracy(glyphs: int) -> Row:
 
 
 def _batches(device: str, counts: tuple[int, ...], rounds: int) -> Iterator[Row]:
-    """Images of one letter at many places, all at once."""
+    """Draw one letter at many positions in one batch."""
     size, (name, letter) = (256, 256), GLYPHS[1]
     segments = [contour.to(device) for contour in contours(letter, size, name)]
     alone = 0.0

@@ -1,14 +1,15 @@
-"""Where one solve gets to, and how steadily a drag follows the pointer.
+"""How many reachable positions one solve reaches, and how steadily a drag follows the pointer.
 
-*Places.* A point of a letter is dragged from the default to a place it can reach: half of the
-places are the point's own at random instances, half lie anywhere within 0.3 em of its default and
-are kept where brute force comes within a unit of them: 1,000 random instances, and a solve from
-each of the nearest few. The share of places that one solve comes within a unit of is reported.
+*Positions.* A point of a letter is dragged from the default to a position that it can reach. Half
+of the positions are those of the point at random instances. The others lie anywhere within 0.3 em
+of its default, and are used if a brute-force search comes within one font unit of them: it tries
+1,000 random instances and a solve from each of the nearest few. The benchmark reports the share of
+positions that one solve reaches to within one font unit.
 
-*Drags.* The pointer goes along circles and lines, in reach and out of it, 0.1 % of the em at each
-event, which is answered as the editor answers a move. Reported are the steps that axes take, as
-shares of their ranges, and leaps: swings by over a tenth of the range and back within three
-events, which is seen as flicker.
+*Drags.* The pointer follows circles and lines, within reach and beyond it, by 0.1 % of the em per
+event. Each event is handled as the editor handles a move. The benchmark reports the steps of the
+axes as shares of their ranges, and the number of leaps. A leap is a change by more than a tenth of
+the range that is undone within three events; a person sees it as flicker.
 """
 
 from __future__ import annotations
@@ -28,26 +29,26 @@ from .timing import Array
 
 GLYPHS = "aRg&8"
 PLACES = 80
-"""For each glyph of each font, of both kinds together."""
+"""Positions for each glyph of each font, both kinds together."""
 WITHIN = 1.0
-"""Font units."""
+"""Largest distance, in font units, at which a position counts as reached."""
 FARTHEST = 0.3
-"""Ems."""
+"""Largest distance from the default position, in em."""
 STAY_CLOSE = 1e-3
 INSTANCES, REFINED = 1000, 5
 TRIES, KEPT = 8, 2
-"""Places drawn anywhere for each handle, and how many of the reachable ones are taken."""
+"""Random positions for each handle, and the number of reachable ones that are used."""
 STEP = 1e-3
-"""Ems by which the pointer moves at each event."""
+"""Distance that the pointer moves at each event, in em."""
 RADIUS, LENGTH = 0.1, 0.3
-"""Of the circles and the lines, in ems."""
+"""Radius of the circles and length of the lines, in em."""
 SWING = 0.1
 DRAGGED = "ag"
 
 
 @dataclass(frozen=True)
 class Place:
-    """A handle and where it is to go from the text's own place."""
+    """A handle and its target position, starting from the axes of ``text``."""
 
     text: vf.Text
     handle: vf.Handle
@@ -56,14 +57,14 @@ class Place:
 
 @dataclass(frozen=True)
 class Attempt:
-    """How near a solve came, in font units, and the milliseconds that took."""
+    """Remaining distance of a solve, in font units, and its time in milliseconds."""
 
     miss: float
     time: float
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """Each font: what is reached, then how its axes step."""
+    """Yield for each font the share of reached positions, then the steps of its axes."""
     for name in vf.bundled_fonts():
         found = places(name, GLYPHS, PLACES // 20 if quick else PLACES)
         yield _reach_row(name, found)
@@ -72,7 +73,7 @@ def run(quick: bool) -> Iterator[Row]:
 
 
 def places(font: str, glyphs: str, count: int) -> list[Place]:
-    """Reachable places of points of each glyph: half at instances, half anywhere."""
+    """Return reachable positions of points of each glyph, of both kinds."""
     found: list[Place] = []
     for glyph in glyphs:
         text, rng = vf.Text(font, glyph), np.random.default_rng(ord(glyph))
@@ -100,7 +101,7 @@ def _anywhere(text: vf.Text, rng: np.random.Generator) -> Iterator[Place]:
 
 
 def random_handle(text: vf.Text, rng: np.random.Generator) -> vf.Handle:
-    """Any point of the first letter's outline."""
+    """Return a random point of the outline of the first letter."""
     contours = text.glyphs[0].contours
     contour = int(rng.integers(len(contours)))
     return text.handle(0, contour, int(rng.integers(contours[contour])), rng.random())
@@ -109,7 +110,7 @@ def random_handle(text: vf.Text, rng: np.random.Generator) -> vf.Handle:
 def brute_force(
     text: vf.Text, handle: vf.Handle, targets: Array, rng: np.random.Generator
 ) -> Array:
-    """How near a handle is found to come to targets (t, 2), (t,)."""
+    """Return the smallest distances (t,) that a search finds to targets (t, 2)."""
     points = text.point_set([handle])
     lower, upper = text.font.bounds
     instances = rng.uniform(lower, upper, (INSTANCES, len(lower)))
@@ -132,7 +133,7 @@ def brute_force(
 
 
 def attempt(place: Place, restarts: int) -> Attempt:
-    """One solve."""
+    """Run one solve."""
     terms = [vf.Target(place.handle, place.target), vf.StayClose(STAY_CLOSE)]
     begun = process_time()
     solution = vf.solve(place.text, terms, restarts=restarts)
@@ -153,7 +154,7 @@ def _reach_row(font: str, found: list[Place]) -> Row:
 
 
 def _share(tried: list[Attempt]) -> str:
-    """How many of a hundred came near enough."""
+    """Format the share of attempts that reached their position."""
     return f"{np.mean([a.miss <= WITHIN for a in tried]):.1%}".replace("%", " %")
 
 
@@ -177,13 +178,13 @@ def _steadiness_row(font: str, glyphs: str) -> Row:
 
 
 def _steps(drags: list[Array]) -> str:
-    """The largest step of any axis at an event: 99th percentile and, in brackets, most."""
+    """Format the largest step of any axis per event: 99th percentile and (maximum)."""
     steps = np.concatenate([abs(np.diff(axes, axis=0)).max(1) for axes in drags])
     return f"{np.percentile(steps, 99):.2g} ({steps.max():.2g})"
 
 
 def _drags(font: str, glyphs: str) -> Iterator[tuple[vf.Text, vf.Handle, Array]]:
-    """A circle and a line there and back from a point of each glyph, as offsets (events, 2)."""
+    """Yield a circle and a line from a point of each glyph, as offsets (events, 2)."""
     for glyph in glyphs:
         text, rng = vf.Text(font, glyph), np.random.default_rng(ord(glyph))
         for path in (circle(), line()):
@@ -193,21 +194,21 @@ def _drags(font: str, glyphs: str) -> Iterator[tuple[vf.Text, vf.Handle, Array]]
 
 
 def circle() -> Array:
-    """Once round, from and to the origin."""
+    """Return a full circle that starts and ends at the origin."""
     events = round(2 * np.pi * RADIUS / STEP)
     angle = np.linspace(0, 2 * np.pi, events + 1)
     return RADIUS * np.stack([1 - np.cos(angle), np.sin(angle)], -1)
 
 
 def line() -> Array:
-    """There and back."""
+    """Return a line that starts and ends at the origin."""
     x = np.linspace(0, LENGTH, round(LENGTH / STEP) + 1)
     x = np.concatenate([x, x[-2::-1]])
     return np.stack([x, np.zeros_like(x)], -1)
 
 
 def follow(text: vf.Text, handle: vf.Handle, offsets: Array, stay_close: float) -> Array:
-    """Axes (events, n) as shares of their ranges, while a handle is dragged along offsets."""
+    """Drag a handle along offsets; return the axes (events, n) as shares of their ranges."""
     lower, upper = text.font.bounds
     places = text.position(handle).numpy() + offsets
     axes = []
@@ -219,7 +220,7 @@ def follow(text: vf.Text, handle: vf.Handle, offsets: Array, stay_close: float) 
 
 
 def leaps(axes: Array) -> int:
-    """How many events an axis swings by more than :data:`SWING` to and leaves again at once."""
+    """Count the events at which an axis changes by more than SWING and changes back."""
     turning = np.zeros(len(axes), dtype=bool)
     for before, after in ((1, 1), (1, 2), (2, 1)):
         to = axes[before:-after] - axes[: -before - after]

@@ -1,15 +1,16 @@
-"""The paper's own recipe for a drag, as Sec. 3–5.1 describe it: the baseline.
+"""The paper's own recipe for a drag, as Sec. 3–5.1 describe it; it is the baseline.
 
-Eq. 1–3 on all control points in eager PyTorch, float64; the dragged point from the four control
-points of its segment; E(Θ) = ‖p(Θ, t) − x*‖² + λ ‖Θ − Θ_prev‖²; Levenberg–Marquardt on it, its
-Jacobian by autograd. Out-of-range values are clamped before the interpolation and Θ is projected
-onto its bounds after each update. Glyphs come unpacked, as the paper's do.
+The recipe evaluates Eq. 1–3 on all control points in eager PyTorch with float64. The dragged point
+follows from the four control points of its segment. The energy is
+E(Θ) = ‖p(Θ, t) − x*‖² + λ ‖Θ − Θ_prev‖², minimised by Levenberg–Marquardt with a Jacobian from
+autograd. Values out of range are clamped before the interpolation, and Θ is projected onto its
+bounds after each update. Glyphs are unpacked in advance, as in the paper.
 
-Where the paper leaves a choice open, the one that serves the recipe is taken: a support that ends
-at its peak holds the peak (printed, φ would drop to 0 at the end of an axis), damping follows the
-gain ratio, and a solve stops by the same limits as ours. Two forms of it are timed: the plain one
-hands all of F to autograd, and the trimmed one only the two rows of the dragged point, for the
-derivative of the regulariser is √λ I. Both take the same steps.
+Where the paper leaves a choice open, the recipe gets the better alternative. The support function
+of a region that ends at its peak is 1 there (as printed, φ is 0 at the end of an axis). The damping
+follows the gain ratio, and a solve stops by the same limits as ours. Two forms are timed. The plain
+form differentiates all of F by autograd. The trimmed form does so for the two rows of the dragged
+point only, because the derivative of the regulariser is √λ I. Both take the same steps.
 """
 
 from __future__ import annotations
@@ -37,10 +38,10 @@ Function: TypeAlias = Callable[[Tensor], Tensor]
 
 @dataclass(frozen=True)
 class Letter:
-    """A glyph's tensors, its right side bearing point as one more control point, the last.
+    """The tensors of a glyph, with the right side bearing point as an additional last point.
 
-    The left one is the origin of the others. Supports (m, n) are split into their two lines; an
-    axis that takes no part is ``idle``.
+    The left side bearing point is the origin. Supports (m, n) are split into their rising and
+    falling parts. ``idle`` marks axes that do not affect a delta set.
     """
 
     points: Tensor
@@ -83,12 +84,12 @@ class Letter:
         return torch.where(self.idle, 1.0, phi).prod(-1)
 
     def at(self, w: Tensor) -> Tensor:
-        """Control points and bearing at w, (k + 1, 2) (Eq. 1)."""
+        """Control points and right side bearing point at w, (k + 1, 2) (Eq. 1)."""
         return self.points + self.deltas @ self.scalars(w)
 
 
 class Recipe:
-    """Drags of one point of a word; Θ is (1, n) when shared, else (l, n)."""
+    """Drags one point of a word; Θ is (1, n) if shared, else (l, n)."""
 
     def __init__(self, text: vf.Text, handle: vf.Handle, stay_close: float, trimmed: bool) -> None:
         self.letters = [Letter.of(glyph) for glyph in text.glyphs]
@@ -115,7 +116,7 @@ class Recipe:
         return self.weights @ self.layout(theta)[self.segment]
 
     def update(self, previous: Tensor, target: Tensor, limit: int) -> tuple[Tensor, int]:
-        """One update of a drag: Θ from Θ_prev, and how many steps it took."""
+        """Run one update of a drag; return Θ and the number of steps."""
         root = math.sqrt(self.stay_close)
 
         def residual(theta: Tensor) -> Tensor:
@@ -137,7 +138,7 @@ class Recipe:
 def levenberg_marquardt(
     residual: Function, derivative: Function, project: Function, theta: Tensor, limit: int
 ) -> tuple[Tensor, int]:
-    """Dense Levenberg–Marquardt; steps are projected, then accepted if they lower the cost."""
+    """Minimise by dense Levenberg–Marquardt; steps are projected before they are judged."""
     r = residual(theta)
     cost = float(r @ r)
     damping, growth = 0.0, 2.0

@@ -1,11 +1,10 @@
-"""Instance recovery: the axes of a random instance, found again from its picture.
+"""Instance recovery: find the axes of a random instance from its picture.
 
-A picture of a letter or word at a random place of its font's design space is handed to
-``vf.match``. Counted is how often every identifiable axis, one whose standard deviation by the
-picture is below a hundredth, comes back to within a hundredth of its normalized range. The
-rivals get as much time as ours took, for the same picture: a grid over the axes, each place put
-where its ink fits best, and Nelder and Mead's simplex over axes and placement from the best place
-of our own sweep.
+``vf.match`` receives a picture of a letter or word at a random location of the design space. An
+axis is identifiable if its standard deviation, computed from the picture, is below 0.01. A picture
+counts as recovered if every identifiable axis is within 0.01 of its true normalized value. Two
+baselines get the same time for the same picture: a grid over the axes, with each rendering moved to
+the ink, and Nelder–Mead over axes and placement from the best result of our coarse search.
 """
 
 from __future__ import annotations
@@ -31,18 +30,18 @@ from .timing import Array
 
 TEXTS = ("a", "g", "R", "S", "e", "and", "Q&")
 PLACES = 100
-"""Of each font."""
+"""Pictures of each font."""
 RIVALRIES = 20
-"""Of each font: on so many of its pictures the rivals try as well."""
+"""Pictures of each font for which the baselines run as well."""
 SIDE, SMALL = 128, 32
 NEAR = 0.01
 EXTRA = "VFWIDGET_FONTS"
-"""An environment variable: a folder of more fonts."""
+"""Environment variable that names a folder of additional fonts."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of a text, and where in it the text stands."""
+    """A picture of a text, and the transform from font units to its pixels."""
 
     text: vf.Text
     transform: Array
@@ -56,12 +55,12 @@ def _draw(text: vf.Text, side: int, transform: torch.Tensor | None = None) -> Pi
 
 
 def clean(text: vf.Text, chance: np.random.Generator) -> Picture:
-    """As it is."""
+    """Draw the text without changes."""
     return _draw(text, SIDE)
 
 
 def blurred(text: vf.Text, chance: np.random.Generator) -> Picture:
-    """Out of focus, by 1.5 pixels."""
+    """Blur the picture by 1.5 pixels."""
     picture = _draw(text, SIDE)
     t = np.arange(-8, 9)
     kernel = np.exp(-(t**2) / (2 * 1.5**2))
@@ -74,21 +73,21 @@ def blurred(text: vf.Text, chance: np.random.Generator) -> Picture:
 
 
 def noisy(text: vf.Text, chance: np.random.Generator) -> Picture:
-    """With a tenth of the contrast as noise."""
+    """Add noise of a tenth of the contrast."""
     picture = _draw(text, SIDE)
     image = picture.image + chance.normal(0, 0.1, picture.image.shape)
     return Picture(text, picture.transform, np.clip(image, 0, 1))
 
 
 def moved(text: vf.Text, chance: np.random.Generator) -> Picture:
-    """Smaller, and not in the middle."""
+    """Draw the text smaller and off centre."""
     transform = frame(text, (SIDE, SIDE)) * chance.uniform(0.5, 0.8)
     transform[:, 2] += torch.from_numpy(chance.uniform(0.05, 0.35, 2) * SIDE)
     return _draw(text, SIDE, transform)
 
 
 def small(text: vf.Text, chance: np.random.Generator) -> Picture:
-    """32 pixels."""
+    """Draw the text 32 pixels high."""
     return _draw(text, SMALL)
 
 
@@ -103,7 +102,7 @@ CONDITIONS: dict[str, Callable[[vf.Text, np.random.Generator], Picture]] = {
 
 @dataclass(frozen=True)
 class Trial:
-    """One recovery: whether it came back, how alike, how far off, and how long it took."""
+    """One recovery: success, overlap of the shapes, error of the outline, and seconds."""
 
     recovered: bool
     overlap: float
@@ -112,7 +111,7 @@ class Trial:
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """A line for each font and condition; then the rivals, on clean pictures."""
+    """Yield a line for each font and condition, with the baselines on clean pictures."""
     for name in (*vf.bundled_fonts(), *_extra()):
         font = vf.load_font(name)
         for condition in CONDITIONS:
@@ -166,7 +165,7 @@ def _near(theta: Array, text: vf.Text, seen: Array) -> bool:
 
 
 def _grid(picture: Picture, seen: Array, seconds: float) -> bool:
-    """As fine a grid over the axes as there is time for."""
+    """Search a grid over the axes, as fine as the time allows."""
     text, begun = picture.text, perf_counter()
     scene = Scene(text, picture.image.shape)
     ink = part(picture.image, 1, None)[1]
@@ -192,7 +191,7 @@ def _fitted(scene: Scene, thetas: Array, image: Array, ink: Array) -> tuple[floa
 
 
 def _simplex(picture: Picture, seen: Array, seconds: float) -> bool:
-    """Nelder and Mead's method from the best place of the sweep, until time is up."""
+    """Run Nelder–Mead from the best result of the coarse search until the time is up."""
     text, begun = picture.text, perf_counter()
     scene = Scene(text, picture.image.shape)
     ink = part(picture.image, 1, None)[1]

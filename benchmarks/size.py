@@ -1,4 +1,4 @@
-"""One update of a drag, on glyphs from small to large: the time should not follow k."""
+"""One update of a drag on small to large glyphs; the time should not depend on k."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .timing import interleave
 
 FONT = "recursive"
 CHARACTERS = "ʻ“FGW@¾"
-"""From small to large; all have as many delta sets, and drags of about three steps."""
+"""Small to large glyphs with the same number of delta sets and drags of about three steps."""
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """Each glyph against the smallest."""
+    """Compare each glyph with the smallest one."""
     texts = [vf.Text(FONT, character) for character in CHARACTERS]
     contestants = [Ours(Drag.reachable(text)) for text in texts]
     times = interleave(contestants, EVENTS, rounds=2 if quick else 20)

@@ -1,20 +1,20 @@
-"""A simulated user study: a letter brought to a wanted form by dragging and by sliders (App. A).
+"""A simulated user study: reach a given shape by dragging and by sliders (Appendix A).
 
-From the default a letter is to look like a random instance of its font, to within 1 % of the em
-(root mean square over dense points of its outline). One simulated person drags, as the editor
-lets them, the outline point that is farthest from where it belongs to where it belongs. The other
-moves sliders, always the one that helps most and to its best value, which is more than a person
-can see. Counted are drags and slider moves. What is done about the points dragged before:
+The task is to bring a letter from the default to a random instance of its font. It is done when the
+root mean square distance of the outlines is at most 1 % of the em. The first simulated user drags
+the outline point that is farthest from its goal to its goal, as the editor allows. The second moves
+sliders, always the one that helps most and to its best value, which is better than a person could
+do. The study counts drags and slider moves. The policies differ in the points dragged before:
 
 pins
-    A point that has arrived is pinned. When a point does not arrive all are unpinned.
+    A point that has reached its goal is pinned. If a point does not reach it, all are unpinned.
 no pins
-    Nothing is.
+    No point is pinned.
 kept targets
-    Each goes on pulling to its place as the dragged one does. The editor has no such thing.
+    Every earlier point keeps its target, like the dragged point. The editor does not offer this.
 shaky pins
-    As pins, by a hand that misses its aim by 0.2 % of the em: a pixel, on a letter of 500. Pins
-    are then not quite where they belong, and may keep others from it; tried on some of the goals.
+    Like pins, but every drag ends 0.2 % of the em beside its goal, or one pixel for a letter of
+    500 pixels. The pins are then slightly wrong and may conflict. Only some goals are tried.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from .timing import Array, Spread
 
 GLYPHS = "aRg&8"
 GOALS = 20
-"""For each glyph of each font."""
+"""Goals for each glyph of each font."""
 PER_SEGMENT = 4
 NEAR = 0.01
-"""Ems, root mean square: as good as the goal."""
+"""Root mean square distance, in em, at which the goal counts as reached."""
 VISIBLE = 0.002
-"""Ems: what a person can aim at and see."""
+"""Smallest distance, in em, that a person can see and aim at."""
 DRAGS, MOVES = 2, 10
-"""For each axis of the font, before a person gives up."""
+"""Drags and slider moves per axis of the font, before the user gives up."""
 
 
 class Outline:
-    """Dense points of a letter's outline, by which a person compares it with another."""
+    """Dense points of the outline of a letter, for comparison with another outline."""
 
     def __init__(self, text: vf.Text) -> None:
         self.text = text
@@ -55,32 +55,32 @@ class Outline:
             for i in range(PER_SEGMENT)
         ]
         self._points = text.point_set(self.handles)
-        # The outline is affine in its scaling factors: what these differ by has all there is.
+        # The outline is affine in its scalars, so their difference determines the distance.
         deltas = self._points.deltas.reshape(2 * len(self.handles), -1)
         _, triangle = np.linalg.qr(deltas)
         self._root = triangle.T / (self.em * np.sqrt(len(self.handles)))
 
     def places(self, theta: Array) -> Array:
-        """Where the points are at Θ (1, n), (p, 2)."""
+        """Positions of the points at Θ (1, n), (p, 2)."""
         return self.text.positions(self._points, theta)
 
     def difference(self, theta: Array, goal: Array) -> Array:
-        """Vectors (..., r) as long as two outlines are apart: root mean square, in ems."""
+        """Vectors (..., r) whose length is the root mean square distance of two outlines, in em."""
         scalars = self.text.word.regions.scalars
         return (scalars(theta) - scalars(goal))[..., 0, :] @ self._root
 
     def is_near(self, theta: Array, goal: Array) -> bool:
-        """Whether the outline at Θ passes for the goal."""
+        """Whether the outline at Θ is near enough to the goal."""
         return bool(np.linalg.norm(self.difference(theta, goal)) <= NEAR)
 
 
 @dataclass(frozen=True)
 class Policy:
-    """What a person does about the points dragged before.
+    """How a simulated user treats the points dragged before.
 
-    ``hold`` makes a term of a handle and the place it was dragged to. With ``unpins`` only points
-    that arrived are held, and all are let go when one does not. The hand misses by ``shakes`` ems.
-    One goal of ``every`` so many is tried.
+    ``hold`` makes a term from a handle and its goal. With ``unpins``, only points that reached
+    their goal are held, and all are released if one does not. Drags miss their goal by ``shakes``
+    em. Of every ``every`` goals, one is tried.
     """
 
     name: str
@@ -91,7 +91,7 @@ class Policy:
 
 
 def _pin(handle: vf.Handle, place: Array) -> vf.Term:
-    """The editor pins a point where it is."""
+    """Pin a point at its current position, as the editor does."""
     return vf.Pin(handle)
 
 
@@ -104,7 +104,7 @@ POLICIES = (
 
 
 def drags(outline: Outline, goal: Array, policy: Policy, hand: np.random.Generator) -> float:
-    """How many drags bring the outline to the goal; infinite where the person gives up."""
+    """Count the drags to the goal; infinite if the user gives up."""
     text, em, wanted = outline.text, outline.em, outline.places(goal)
     held: dict[int, vf.Term] = {}
     for count in range(DRAGS * len(text.font.axes) + 1):
@@ -123,7 +123,7 @@ def drags(outline: Outline, goal: Array, policy: Policy, hand: np.random.Generat
 
 
 def _release(text: vf.Text, target: vf.Target, others: list[vf.Term]) -> tuple[vf.Text, float]:
-    """What the editor does when the pointer lets go, and how far from the pointer the point is."""
+    """Solve as the editor does on release; return the text and the distance to the pointer."""
     calm = vf.StayClose((CALM * text.font.units_per_em) ** 2)
     solution = vf.solve(
         text, [target, calm, *others], max_iterations=RELEASE_ITERATIONS, restarts=RESTARTS
@@ -132,9 +132,9 @@ def _release(text: vf.Text, target: vf.Target, others: list[vf.Term]) -> tuple[v
 
 
 def slider_moves(outline: Outline, goal: Array) -> float:
-    """How many moves of one slider at a time do it; infinite where the person gives up.
+    """Count the moves of single sliders to the goal; infinite if the user gives up.
 
-    Between two kinks of an axis the outline is affine in it, and so its best value is exact.
+    Between two kinks the outline is affine in an axis, so the best value of the axis is exact.
     """
     theta = outline.text.theta.numpy()
     for count in range(MOVES * theta.size + 1):
@@ -151,7 +151,7 @@ def slider_moves(outline: Outline, goal: Array) -> float:
 
 
 def _pieces(text: vf.Text, theta: Array) -> tuple[Array, Array]:
-    """Both ends (c, 1, n) of every straight piece of every axis on which one may move from Θ."""
+    """Both ends (c, 1, n) of every interval between kinks along every axis through Θ."""
     lows, highs = [], []
     for axis, (lower, upper) in enumerate(zip(*text.font.bounds, strict=True)):
         kinks = text.breakpoints[axis]
@@ -164,7 +164,7 @@ def _pieces(text: vf.Text, theta: Array) -> tuple[Array, Array]:
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """Each font, and all of them: pins against sliders and against the other policies."""
+    """Compare pins with sliders and with the other policies, for each font and for all."""
     counts = []
     for name in vf.bundled_fonts():
         counts.append(study(name, GLYPHS, 2 if quick else GOALS))
@@ -173,9 +173,9 @@ def run(quick: bool) -> Iterator[Row]:
 
 
 def study(font: str, glyphs: str, goals: int) -> Array:
-    """Drags by each policy, then slider moves, to the same goals: (contestants, goals).
+    """Count drags for each policy, then slider moves, to the same goals: (contestants, goals).
 
-    NaN where a policy was not tried, infinity where the person gave up.
+    A count is NaN if a policy was not tried, and infinite if the user gave up.
     """
     counts = []
     for glyph in glyphs:
@@ -212,7 +212,7 @@ def _row(case: str, ours: Array, name: str, theirs: Array) -> Row:
 
 
 def _typical(counts: Array) -> str:
-    """Median and, in brackets, 95th percentile; ∞ where as many give up."""
+    """Format the median and (95th percentile); ∞ if that many users give up."""
     return "{:.0f} ({:.0f})".format(*_quantiles(counts, [50, 95])).replace("inf", "∞")
 
 

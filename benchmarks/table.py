@@ -1,4 +1,4 @@
-"""What a benchmark reports, and the plain table it is printed in."""
+"""The lines that a benchmark reports, and the table that prints them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import astuple, dataclass, fields
 
 @dataclass(frozen=True)
 class Row:
-    """One workload against one baseline; times are medians."""
+    """Compares one workload with one baseline; times are medians."""
 
     benchmark: str
     case: str
@@ -19,12 +19,12 @@ class Row:
 
 
 def milliseconds(value: float) -> str:
-    """A time at a fixed number of digits."""
+    """Format a time with a fixed number of digits."""
     return f"{value:.2f} ms"
 
 
 class Printer:
-    """Prints rows as they come, in columns of fixed width."""
+    """Prints each row at once, in columns of fixed width."""
 
     widths = (9, 38, 9, 25, 19, 0)
 

@@ -1,7 +1,7 @@
-"""Contestants timed drag by drag, in turns, so that a busy machine slows them all alike.
+"""Time contestants drag by drag, in turns, so that a busy machine slows all of them equally.
 
-The time is this process's own processor time: what others do on the machine counts as little as
-can be. All contestants compute in one thread, where on a quiet machine it is the time that passes.
+The time is the processor time of this process, which depends little on other programs. All
+contestants use one thread, so on an idle machine it equals the elapsed time.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 
 class Contestant(Protocol):
-    """Something that goes through the same events as its rivals."""
+    """A method that handles the same events as the others."""
 
     def start(self) -> None:
-        """Go back to before the first event; not timed."""
+        """Return to the state before the first event; this is not timed."""
 
     def update(self, event: int) -> None:
-        """Answer one event."""
+        """Handle one event."""
 
 
 class Spread(NamedTuple):
-    """The middle half of a sample."""
+    """Quartiles and median of a sample."""
 
     low: float
     median: float
@@ -41,24 +41,24 @@ class Spread(NamedTuple):
 
 @dataclass(frozen=True)
 class Times:
-    """Seconds an event took each contestant in each round, (contestants, rounds)."""
+    """Seconds per event of each contestant in each round, (contestants, rounds)."""
 
     seconds: Array
 
     def median(self, contestant: int) -> float:
-        """Milliseconds of a typical event."""
+        """Median time of an event, in milliseconds."""
         return float(1e3 * np.median(self.seconds[contestant]))
 
     def ratio(self, slow: int, fast: int) -> Spread:
-        """How many times longer one took than another in the same round."""
+        """Ratio of the times of two contestants in the same round."""
         return Spread(*np.percentile(self.seconds[slow] / self.seconds[fast], [25, 50, 75]))
 
 
 def interleave(contestants: Sequence[Contestant], events: int, rounds: int) -> Times:
-    """Time whole drags of every contestant, in turns, a different one first each time.
+    """Time whole drags of all contestants, which take turns; the first one alternates.
 
-    One untimed round comes before the others. A drag is timed as a whole, for its events follow
-    one another: a rival in between would find and leave the processor's caches full of its own.
+    One untimed round precedes the others. A drag is timed as a whole, because another contestant
+    between two events would replace the contents of the processor's caches.
     """
     count = len(contestants)
     seconds = np.zeros((count, rounds + 1))

@@ -1,7 +1,8 @@
 """Run notebooks and render them as pages that need no kernel: ``python docs/gallery.py site``.
 
-Editors keep their sliders; what only a kernel can answer is shown as it was last. A page fetches
-nothing: equations are MathML, and figures and views lie in the page.
+The sliders of an editor work on its page. Outputs that need a kernel are shown as they were after
+the run. A page loads nothing from the network, because equations are MathML, and figures and views
+are part of the page.
 """
 
 from __future__ import annotations
@@ -33,17 +34,17 @@ from vfwidget.view.editor import PAGE_TRAITS, Editor
 ROOT = Path(__file__).parents[1]
 STYLE = Path(__file__).with_suffix(".css").read_text(encoding="utf-8")
 SECONDS = 90
-"""For a cell; a whole notebook takes less."""
+"""Time limit of a cell; a whole notebook takes less."""
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
 WIDGET_STATE = "application/vnd.jupyter.widget-state+json"
 
 
 def run(path: Path) -> NotebookNode:
-    """A notebook with its outputs, and the last state of its widgets in the metadata."""
+    """Run a notebook and return it with its outputs; its metadata hold the state of its widgets."""
     try:
         return _run(path)
     except (CellTimeoutError, DeadKernelError) as error:
-        # A kernel picks free ports, and on a busy machine another process may be quicker.
+        # A kernel chooses free ports, and another process may take them before it does.
         print(f"{path.stem}: {type(error).__name__}, trying again", flush=True)
         return _run(path)
 
@@ -57,14 +58,14 @@ def _run(path: Path) -> NotebookNode:
 
 
 def mathml(latex: str, display: str = "inline") -> str:
-    """An equation, less what latex2mathml does not know: spacing after a row, and tags."""
+    """Convert an equation; row spacing and tags, which latex2mathml cannot read, are replaced."""
     latex = re.sub(r"(\\\\)\s*\[\s*-?[\d.]+\s*[a-z]{2}\s*\]", r"\1 ", latex)
     latex = re.sub(r"\\tag\s*\{([^{}]*)\}", r"\\qquad\\text{(\1)}", latex)
     return convert(latex, display=display)
 
 
 class Markdown(IPythonRenderer):
-    """Markdown whose equations are MathML and whose links to notebooks lead to their pages."""
+    """Renders Markdown with equations as MathML, and links to notebooks as links to their pages."""
 
     def block_math(self, body: str) -> str:
         return mathml(body, "block")
@@ -96,9 +97,9 @@ TEMPLATE = """
 
 
 class Exporter(HTMLExporter):
-    """The body of a page: nbconvert's plainest template, with the Markdown above.
+    """Renders the body of a page with nbconvert's basic template and the renderer above.
 
-    Source that a notebook hides is folded.
+    Cells whose source is hidden in the notebook are folded.
     """
 
     @pass_context
@@ -107,21 +108,21 @@ class Exporter(HTMLExporter):
 
 
 class Widgets:
-    """The widgets of a notebook that has run, as outputs that need no kernel."""
+    """Converts the widgets of a notebook that has run into outputs that need no kernel."""
 
     def __init__(self, notebook: NotebookNode) -> None:
         state = notebook.metadata.pop("widgets", {}).get(WIDGET_STATE, {})
         self.models: dict[str, Any] = state.get("state", {})
         for model in self.models.values():
             for buffer in model.get("buffers", []):
-                *way, last = buffer["path"]
-                place = model["state"]
-                for step in way:
-                    place = place[step]
-                place[last] = buffer["data"]
+                *parents, last = buffer["path"]
+                target = model["state"]
+                for key in parents:
+                    target = target[key]
+                target[last] = buffer["data"]
 
     def settle(self, output: NotebookNode) -> Iterator[NotebookNode]:
-        """The outputs to show in place of one."""
+        """Yield the outputs that replace one output."""
         data = output.get("data", {})
         if WIDGET_VIEW in data:
             yield from self.show(data[WIDGET_VIEW]["model_id"])
@@ -131,7 +132,7 @@ class Widgets:
         yield output
 
     def show(self, name: str) -> Iterator[NotebookNode]:
-        """A widget: a live view, the widgets in a box, its last picture, or a placeholder."""
+        """Yield a live view, the content of a box, the last picture of a widget, or a note."""
         model = self.models[name]
         state = model["state"]
         if state.get("_anywidget_id") == f"{Editor.__module__}.{Editor.__qualname__}":
@@ -144,9 +145,7 @@ class Widgets:
                 yield from self.settle(output)
         elif model["model_name"] == "ImageModel" and state["format"] in ("png", "jpeg"):
             yield new_output("display_data", {f"image/{state['format']}": state["value"]})
-            yield _html(
-                '<p class="control">It takes a kernel to draw this anew: open in Jupyter</p>'
-            )
+            yield _html('<p class="control">Drawing this again needs a kernel: open in Jupyter</p>')
         elif model["model_name"] in ("HTMLModel", "HTMLMathModel"):
             yield _html(state["value"])
         elif model["model_name"] == "LabelModel":
@@ -185,14 +184,14 @@ def write(path: Path, title: str, body: str) -> None:
 
 
 def first_words(path: Path) -> tuple[str, str]:
-    """The title of a notebook and the paragraph under it."""
+    """Return the title of a notebook and its first paragraph."""
     source = nbformat.read(path, as_version=4).cells[0].source
     found = re.match(r"# (.+)\n*(.*)", source)
     return (re.sub(r"[`*$]", "", found[1]), found[2]) if found else (path.stem, "")
 
 
 def build(target: Path, notebooks: Sequence[Path]) -> None:
-    """Write a page for each notebook, in this order, and an index of them."""
+    """Write a page for each notebook, in this order, and an index of the pages."""
     target.mkdir(parents=True, exist_ok=True)
     words = [first_words(path) for path in notebooks]
     links = [
@@ -205,8 +204,8 @@ def build(target: Path, notebooks: Sequence[Path]) -> None:
         after = f"<span>{links[i + 1]} →</span>" if i + 1 < len(links) else "<span></span>"
         around = f'<nav>{before}<a href="index.html">All notebooks</a>{after}</nav>'
         note = (
-            '<p class="note">Sliders move the letters on this page. Dragging an outline, and what '
-            f'Python draws, take <a href="{path.name}" download>the notebook</a> in Jupyter.</p>'
+            '<p class="note">The sliders work on this page. To drag an outline or run code, open '
+            f'<a href="{path.name}" download>the notebook</a> in Jupyter.</p>'
         )
         body = f"{around}\n{note}\n<main>{body_of(run(path))}</main>\n{around}"
         write(target / f"{path.stem}.html", words[i][0], body)
@@ -216,7 +215,7 @@ def build(target: Path, notebooks: Sequence[Path]) -> None:
     entries = [
         f"<li>{link}{render(start)}</li>" for link, (_, start) in zip(links, words, strict=True)
     ]
-    about = "Take a letter of a variable font by its outline and pull: the axes follow."
+    about = "Drag a letter of a variable font by its outline; vfwidget computes the axis values."
     index = f'<main class="index"><h1>vfwidget</h1><p>{about}</p><ol>{"".join(entries)}</ol></main>'
     write(target / "index.html", "vfwidget: the notebooks", index)
 

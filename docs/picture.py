@@ -1,6 +1,6 @@
-"""Draw the picture in the README: ``python docs/picture.py`` (needs Chromium).
+"""Draw the picture in the README: ``python docs/picture.py`` (requires Chromium).
 
-A real JupyterLab, a real drag: the fixtures of the browser tests do the driving.
+The script uses the fixtures of the browser tests to drag a point in a real JupyterLab.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ editor"""
 
 
 def test_picture(lab) -> None:
-    """Take hold of the top of the h, lean it over, and photograph the editor."""
+    """Drag the top of the h to the right and take a screenshot of the editor."""
     import vfwidget as vf
 
     notebook = lab([CELL])
