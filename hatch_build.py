@@ -16,7 +16,7 @@ OLDEST_NODE = 20
 
 
 class ViewBuildHook(BuildHookInterface[Any]):
-    """Runs ``npm ci`` and ``js/build.mjs`` if their outputs are missing or older than the sources."""
+    """Runs ``npm ci`` and ``js/build.mjs`` if their outputs are missing or too old."""
 
     def dependencies(self) -> list[str]:
         """Require a packaged Node.js only if a build needs it and none is installed."""

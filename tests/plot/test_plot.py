@@ -123,7 +123,7 @@ def test_normalization_draws_the_map_of_each_axis(name):
             atol=1e-12,
         )
         assert [*default.get_xdata(), *default.get_ydata()] == [axis.default, 0]
-        bent = [t.get_text() for t in panel.texts] != ["not bent"]
+        bent = [t.get_text() for t in panel.texts] != ["identity map"]
         assert bent == (axis.segment_map != tuple((x, x) for x, _ in axis.segment_map))
     # Whatever is not shown is named.
     rest = [axis.tag for axis in font.axes if axis.tag not in shown]
@@ -347,7 +347,7 @@ def test_support_draws_phi(name):
             for j in sets:
                 np.testing.assert_allclose(drawn, phi(support[j, i], w), atol=1e-12)
             every = [j for j in active if (support[j, i] == support[sets[0], i]).all()]
-            assert sets == every or f"({len(every)} of them)" in line.get_label()
+            assert sets == every or f"({len(every)} in all)" in line.get_label()
             # Dashed where no set depends on this axis alone.
             along = np.zeros((len(w), len(font.axes)))
             along[:, i] = w
@@ -367,7 +367,7 @@ def test_support_of_every_shape_shows_the_strongest_and_says_so():
     shown = {j for line in ax.lines for j in numbers(line.get_label())}
     effect = np.linalg.norm(glyph.deltas.numpy(), axis=1).max(0)
     assert len(ax.lines) == 6
-    assert "Not shown: 3 other supports" in heading(ax)[1]
+    assert "Not shown: 3 supports of delta sets with a smaller effect" in heading(ax)[1]
     assert min(effect[9:][[j - 9 for j in shown if j >= 9]]) > max(
         effect[j] for j in range(9, 18) if j not in shown
     )
@@ -441,7 +441,7 @@ def test_scalars_draw_gamma(name, key, tag, tag2, axes, surface):
     want = np.sort(effect)[::-1][: len(shown)]
     np.testing.assert_allclose(effect[shown], want, rtol=0.05)
     smaller = (effect > 0).sum() - len(shown)
-    assert (f"Not shown: {smaller} delta sets that move less" in heading(panels)[1]) == (
+    assert (f"Not shown: {smaller} delta sets with a smaller effect" in heading(panels)[1]) == (
         smaller > 0
     )
     assert len(shown) == min(6, (effect > 0).sum())
@@ -480,7 +480,7 @@ def test_delta_sets_add_up_to_the_outline(name, key):
             assert float(match[2]) == pytest.approx(gamma[j], rel=1e-2)
             np.testing.assert_allclose(by, gamma[j] * glyph.deltas[::3, :, j].numpy(), atol=1e-9)
         else:
-            counted += int(re.fullmatch(r"(\d+) other sets\nadded up", title)[1])
+            counted += int(re.fullmatch(r"sum of (\d+)\nother sets", title)[1])
     np.testing.assert_allclose(total, points[::3], atol=1e-9)
     moving = np.abs(glyph.deltas.numpy()).max((0, 1)) > 0
     assert counted == (moving & (gamma > 0)).sum()
@@ -498,7 +498,7 @@ def test_paper_figure_5a():
     assert [panel.get_title() for panel in light] == ["default", "set 2\nγ = 1", "outline at w"]
     heavy = plot.delta_sets("afacad-flux", "a", {"wght": 999})
     assert len(heavy) == 4
-    assert heavy[1].get_xlabel() == "full at wght 1"
+    assert heavy[1].get_xlabel() == "γ = 1 at wght 1"
 
 
 # Layout
@@ -511,7 +511,7 @@ def test_paper_figure_5a():
         (vf.Text("dynapuff", "fj ay", axes={"wght": 700}), " at wght 700"),
         (
             vf.Text("afacad-flux", "ab", axes=[{"wght": 900}, {"slnt": 10}], shared=False),
-            ", each letter by itself",
+            ", letters with separate axes",
         ),
     ],
     ids=["word", "fj ay", "ab"],
@@ -551,7 +551,7 @@ def test_layout_of_a_long_line_leaves_out_its_numbers():
     ax = plot.layout(vf.Text("recursive", "thirteen chars"))
     assert not [t for t in ax.texts if t.get_text()]
     assert "more than 12 letters" in heading(ax)[1]
-    with pytest.raises(TypeError, match="takes a Text"):
+    with pytest.raises(TypeError, match="must be a Text"):
         plot.layout("word")
 
 
@@ -627,10 +627,10 @@ def test_axis_effect_is_the_farthest_way_of_the_points(name, at_default):
         way = np.linalg.norm(glyph.points(along).numpy() - here, axis=-1).max(0)
         assert way.max() - 1e-6 <= most <= way.max() * 1.01 + 1e-6
         assert way.mean() - 1e-6 <= average <= way.mean() * 1.01 + 1e-6
-        assert note.get_text() == "does not move it" or float(note.get_text()) == pytest.approx(
+        assert note.get_text() == "no displacement" or float(note.get_text()) == pytest.approx(
             most, rel=0.05
         )
-        assert (note.get_text() == "does not move it") == (most == 0)
+        assert (note.get_text() == "no displacement") == (most == 0)
 
 
 # What holds for all
@@ -728,7 +728,7 @@ def test_a_glyph_without_an_outline_or_without_deltas(figure):
     for font, key in (still, "a"), (still, "s"), (vf.load_font("recursive"), " "):
         drawn = every_figure(font, key)[figure]()
         words = " ".join(text.get_text() for text in plt.gcf().findobj(Text))
-        said = "no outline|does not move|No axis moves|No delta set"
+        said = "no outline|no displacement|No axis moves|No delta set|Every γ is 0"
         assert re.search(said, words) or figure in ("normalization", "outline")
         assert heading(drawn)[0]
 

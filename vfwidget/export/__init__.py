@@ -1,1 +1,1 @@
-"""What leaves the notebook: pages that need no kernel."""
+"""Export to files that need no kernel."""

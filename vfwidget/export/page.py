@@ -1,7 +1,7 @@
-"""A page that shows views without a kernel: HTML in one piece, which fetches nothing.
+"""A self-contained HTML page that shows views without a kernel and loads nothing.
 
-The state of each view lies in the page as JSON. The bundle that a notebook runs finds it there
-and draws from it; the view evaluates Eq. 1–3 by itself, so its sliders go on working.
+The page contains the state of each view as JSON. The same JavaScript bundle that a notebook uses
+reads the state and draws it. The view evaluates Eq. 1–3, so its sliders work.
 """
 
 from __future__ import annotations
@@ -36,33 +36,33 @@ mount();
 
 
 def view(state: Mapping[str, Any]) -> str:
-    """The place of one view on a page.
+    """Return the HTML element of one view on a page.
 
     Parameters
     ----------
     state : mapping
-        The traits that the view reads: what JSON can hold, and bytes.
+        The traits that the view reads. Values are JSON values or bytes.
 
     Returns
     -------
     str
-        HTML, in which text from a font is inert whatever it says.
+        HTML in which text from a font cannot act as markup.
     """
     text = json.dumps(state, default=lambda data: base64.b64encode(data).decode("ascii"))
-    # Whatever could end a script element begins with "<".
+    # Every sequence that can end a script element begins with "<".
     text = text.replace("<", "\\u003c")
     return f'<script type="{STATE}">{text}</script>'
 
 
 def page(title: str, body: str, script: str, style: str) -> str:
-    """A whole page.
+    """Return a whole HTML page.
 
     Parameters
     ----------
     title : str
-        Text, not markup.
+        Plain text; markup in it is escaped.
     body : str
-        HTML, with as many places of a :func:`view` as wanted.
+        HTML that may contain any number of elements made by :func:`view`.
     script, style : str
         The bundle of the views, and the style sheet.
     """

@@ -1,12 +1,12 @@
-"""Figures for teaching: the formulation of a variable font, drawn from the font's own numbers.
+"""Figures for teaching that show the formulation of a variable font.
 
-Every function takes ``ax``, a matplotlib Axes to draw in, makes a figure of its own without one,
-and returns the Axes it drew in. Functions of several panels return an array of Axes; given one,
-they put the panels in its place, which has to be of a grid, as ``plt.subplots`` makes it. Nothing
-else of matplotlib's state is touched.
+Every function takes ``ax``, the matplotlib Axes to draw in, and returns the Axes that it drew in.
+Without ``ax`` it makes a new figure. Functions with several panels return an array of Axes. If
+they receive an Axes, they draw the panels in its place, and it must be part of a grid made by
+``plt.subplots``. The functions change nothing else in the state of matplotlib.
 
-Delta sets are numbered from 0, as in ``font.glyph("a").deltas[..., 0]``. What a figure leaves out
-to stay readable, it says beneath.
+Delta sets are numbered from 0, as in ``font.glyph("a").deltas[..., 0]``. If a figure omits
+something to stay readable, a line below it says so.
 """
 
 from .axes import axis_effect, normalization

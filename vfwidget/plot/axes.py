@@ -1,4 +1,4 @@
-"""Figures of the axes themselves: their normalization, and how far each one leads."""
+"""Figures of the axes: their normalization, and the distance that each can move a glyph."""
 
 from __future__ import annotations
 
@@ -29,33 +29,37 @@ from .subject import (
     kinks,
     left_out,
     lengths,
-    place,
+    location,
     spaced,
     title,
 )
 
 MOST_AXES = 6
-"""Panels of one axis each, unless axes are asked for by name."""
+"""Number of panels, one for each axis, unless the caller names the axes."""
 MOST_BARS = 24
+"""Number of axes that a bar chart shows."""
 
 
 def normalization(
     font: Font, tags: str | Iterable[str] | None = None, ax: Axes | None = None
 ) -> Panels:
-    """From user coordinates to normalized ones, with and without the segment map (Fig. 4).
+    """Draw normalized over user coordinates, with and without the segment map (Fig. 4).
 
     Parameters
     ----------
     font : Font or what :func:`vfwidget.load_font` takes
     tags : str or sequence of str, optional
-        Which axes; by default up to six, those that a segment map bends first, hidden ones last.
+        The axes to show. By default up to six axes: first those whose segment map is not the
+        identity, last the hidden ones.
     ax : matplotlib Axes, optional
-        What the panels replace.
+        An Axes of a ``plt.subplots`` grid; the panels are drawn in its place. By default the
+        function makes a new figure.
 
     Returns
     -------
     (count,) array of Axes
-        One for each axis, in the font's order. Across, user coordinates; up, normalized.
+        One panel for each axis, in the order of the font. The horizontal axis shows user
+        coordinates, the vertical axis normalized coordinates.
 
     Raises
     ------
@@ -77,7 +81,7 @@ def normalization(
         wanted = {font.axes[axis_index(font, tag)].tag for tag in tags}
         shown = [i for i, axis in enumerate(font.axes) if axis.tag in wanted]
         if not shown:
-            raise VFWidgetError("No axis to draw: tags is empty.")
+            raise VFWidgetError("tags is empty; name at least one axis, or omit tags.")
     host, made = panels(ax, len(shown))
     for panel, axis in zip(made, [font.axes[i] for i in shown], strict=True):
         users, straight, mapped = _corners(axis)
@@ -91,7 +95,7 @@ def normalization(
         panel.set_xticks(spaced(ends, 0.1 * (axis.maximum - axis.minimum)))
         panel.grid(alpha=0.3)
         if np.allclose(straight, mapped):
-            panel.text(0.96, 0.08, "not bent", ha="right", transform=panel.transAxes)
+            panel.text(0.96, 0.08, "identity map", ha="right", transform=panel.transAxes)
     made[0].set_ylabel("normalized coordinate w", fontsize="large")
     made[0].legend(loc="best")
     rest = [plain(axis.tag) for i, axis in enumerate(font.axes) if i not in shown]
@@ -99,13 +103,15 @@ def normalization(
         host,
         f"From user to normalized coordinates: {plain(font.family_name)}",
         "user coordinate s",
-        left_out(rest, "hidden or not bent") if tags is None else "",
+        left_out(rest, "hidden axes, or axes whose segment map is the identity")
+        if tags is None
+        else "",
     )
     return made
 
 
 def _corners(axis: Axis) -> tuple[Array, Array, Array]:
-    """User coordinates of a segment map's corners, and them normalized without and with it."""
+    """User coordinates of the corners of a segment map, normalized without and with the map."""
     users, straight = [], []
     for source, _ in axis.segment_map:
         side = axis.minimum if source < 0 else axis.maximum
@@ -121,7 +127,7 @@ def axis_effect(
     axes: Mapping[str, Any] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """How far each axis by itself can move a glyph's control points.
+    """Draw the distance by which each single axis can move the control points of a glyph.
 
     Parameters
     ----------
@@ -129,14 +135,18 @@ def axis_effect(
     glyph : str or int
         A character, a glyph name or a glyph id.
     axes : mapping of tag to user value, optional
-        From where; each axis goes over its range while the others stay. By default the default.
+        User values of the axes that are held fixed while one axis runs through its range; the
+        default instance if omitted.
     ax : matplotlib Axes, optional
+        The Axes to draw in. By default the function makes a new figure.
 
     Returns
     -------
     Axes
-        Two bars for each axis, the strongest on top, in font units: the largest displacement
-        over the axis's range of any control point, and the mean over control points of theirs.
+        Two bars for each axis in font units; the axis with the largest displacement is at the
+        top. The wide bar shows the largest displacement of any control point over the range of
+        the axis. The narrow bar shows the mean of the largest displacements over all control
+        points.
 
     Raises
     ------
@@ -147,14 +157,14 @@ def axis_effect(
     """
     font = load_font(font)
     shape = font.glyph(glyph)
-    w = place(font, axes)
+    w = location(font, axes)
     here = to_array(shape.points(w))
     largest, mean = np.zeros(len(w)), np.zeros(len(w))
     for i in range(len(w)) if len(here) else ():
-        # Along one axis a point runs on a polyline, so it is farthest off at one of its corners.
+        # Along one axis a point moves on a polyline, so its distance is largest at a corner.
         values = kinks(font, shape, i).clip(font.bounds[0][i], font.bounds[1][i])
         farthest = lengths(to_array(shape.points(along(w, i, values))) - here).max(0)
-        # What is left of the sums' rounding is no displacement.
+        # Rounding removes the floating-point error of the sums.
         largest[i], mean[i] = farthest.max().round(6), farthest.mean().round(6)
     order = np.argsort(-largest, kind="stable")
     shown, rest = order[:MOST_BARS], order[MOST_BARS:]
@@ -167,7 +177,7 @@ def axis_effect(
     ax.barh(rows, mean[shown], 0.35, color=BLUE, label="mean over control points")
     for row, i in enumerate(shown):
         ax.annotate(
-            number(largest[i]) if largest[i] else "does not move it",
+            number(largest[i]) if largest[i] else "no displacement",
             (largest[i], row),
             (5, 0),
             textcoords="offset points",
@@ -180,9 +190,9 @@ def axis_effect(
     ax.legend(loc="lower right", frameon=False)
     caption(
         ax,
-        f"How far each axis moves {title(font, glyph, shape, axes)}",
+        f"Displacement by each axis: {title(font, glyph, shape, axes)}",
         f"displacement in font units (1 em = {font.units_per_em})",
         "" if shape.contours else "This glyph has no outline.",
-        left_out([plain(font.axes[i].tag) for i in rest], "moving it least"),
+        left_out([plain(font.axes[i].tag) for i in rest], "axes with a smaller displacement"),
     )
     return ax

@@ -1,4 +1,4 @@
-"""What the figures share: Axes to draw in, colours, captions, and glyphs as filled paths."""
+"""Parts that all figures use: Axes, colours, captions, and glyphs as filled paths."""
 
 from __future__ import annotations
 
@@ -20,40 +20,40 @@ from ..arrays import Array, to_array
 from ..errors import VFWidgetError
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Okabe and Ito's colours, which the colour-blind can tell apart, the strongest first."""
+"""The colours of Okabe and Ito, which colour-blind readers can distinguish."""
 BLUE, VERMILLION, GREEN, _, ORANGE, SKY = COLOURS
 GREY = "#999999"
 PALE = {"facecolor": GREY, "alpha": 0.35, "linewidth": 0}
-"""The style of an outline that others are drawn upon."""
+"""Style of an outline in the background."""
 MARGIN = 0.05
-"""Around what is drawn to scale, in parts of its size."""
+"""Margin around a drawing, as a share of its size."""
 PANEL = 4.2, 3.5
 MIN_WIDTH = 6.5
-"""Sizes in inches; a figure is no narrower, for the sake of its title."""
+"""Sizes in inches; a narrower figure would leave no room for its title."""
 
 Panels: TypeAlias = npt.NDArray[Any]
 """A (count,) array of Axes."""
 
 
 def ink() -> str:
-    """The colour of text in the reader's style, so that glyphs show on dark grounds too."""
+    """The text colour of the current style, so that glyphs are visible on dark backgrounds."""
     return str(rcParams["text.color"])
 
 
 def single(ax: Axes | None, size: tuple[float, float]) -> Axes:
-    """The Axes given, or those of a new figure of this size in inches."""
+    """Return the given Axes, or the Axes of a new figure of this size in inches."""
     if ax is None:
         return plt.subplots(figsize=size, layout="constrained")[1]
     if not isinstance(ax, Axes):
-        raise TypeError(f"ax is one matplotlib Axes, not {type(ax).__name__}.")
+        raise TypeError(f"ax must be one matplotlib Axes; received {type(ax).__name__}.")
     return ax
 
 
 def around(ax: Axes | None, points: Array, beside: float = 0, most: Any = (12, 4.3)) -> Axes:
-    """Axes bare of ticks that show all points (…, 2) to scale.
+    """Return Axes without ticks that show all points (…, 2) to scale.
 
-    A new figure is made as large as they need at ``most`` inches across or up, with ``beside``
-    more for a legend.
+    A new figure has the size that the points need, at most ``most`` inches wide or high, and
+    ``beside`` more inches for a legend.
     """
     width, height = np.maximum(np.ptp(points.reshape(-1, 2), axis=0), 1)
     inch = min(most[0] / width, most[1] / height)
@@ -64,31 +64,34 @@ def around(ax: Axes | None, points: Array, beside: float = 0, most: Any = (12, 4
 
 
 def panels(ax: Axes | None, count: int, **subplot: Any) -> tuple[SubFigure, Panels]:
-    """Panels in a new figure, or in place of an Axes, and what they are in.
+    """Return panels in a new figure or in place of an Axes, and the subfigure that holds them.
 
     Parameters
     ----------
     ax : Axes or None
-        What the panels replace.
+        The panels are drawn in place of this Axes; a new figure if None.
     count : int
+        Number of panels.
     **subplot
-        For ``Figure.add_subplot``.
+        Arguments of ``Figure.add_subplot``.
 
     Raises
     ------
     VFWidgetError
-        The Axes is not part of a grid, as those of ``plt.subplots`` are.
+        The Axes is not part of a grid made by ``plt.subplots``.
     """
     columns = 2 if count == 4 else min(count, 3)
     rows = ceil(count / columns)
-    # The empty Axes of a new figure is replaced like any other.
+    # The panels also replace the empty Axes of a new figure.
     ax = single(ax, (max(PANEL[0] * columns, MIN_WIDTH), PANEL[1] * rows + 1))
     spec = ax.get_subplotspec()
     if spec is None:
-        raise VFWidgetError("Several panels need an Axes of a grid, as plt.subplots makes them.")
+        raise VFWidgetError(
+            "The figure has several panels, so ax must be part of a plt.subplots grid."
+        )
     host = ax.figure.add_subfigure(spec)
     if not host.get_layout_engine():
-        # Nothing else would keep titles and labels apart.
+        # Without a layout engine, titles and labels would overlap.
         host.subplots_adjust(top=0.75, bottom=0.28, wspace=0.4, hspace=0.8)
     ax.remove()
     made = np.empty(count, dtype=object)
@@ -98,7 +101,7 @@ def panels(ax: Axes | None, count: int, **subplot: Any) -> tuple[SubFigure, Pane
 
 
 def caption(where: Axes | SubFigure, title: str, *notes: str) -> None:
-    """A title above, and beneath one line for each note that is not empty."""
+    """Write a title above a figure, and below it one line for each note that is not empty."""
     above, beneath = (
         (where.set_title, where.set_xlabel)
         if isinstance(where, Axes)
@@ -109,33 +112,33 @@ def caption(where: Axes | SubFigure, title: str, *notes: str) -> None:
 
 
 def showable(text: str) -> bool:
-    """Whether matplotlib's own font surely has every character: they are Latin, and visible."""
+    """Whether all characters are visible and Latin, so that matplotlib's own font has them."""
     return all(c.isprintable() and c < "\u0250" for c in text)
 
 
 def plain(text: str) -> str:
-    """Text from a font or a caller, such that it can be shown and is never read as mathematics."""
+    """Return text that matplotlib can show and does not read as mathematics."""
     return "".join(c if showable(c) else "?" for c in text).replace("$", r"\$")
 
 
 def bare(ax: Axes) -> None:
-    """No frame and no ticks, but room for a title and a label."""
+    """Remove the frame and the ticks; the title and the label keep their room."""
     ax.set_frame_on(False)
     ax.set_xticks([])
     ax.set_yticks([])
 
 
 def fit(ax: Axes, *points: Array) -> None:
-    """Equal aspect, and limits that hold all points (…, 2) and whatever is drawn, with a margin."""
+    """Set an equal aspect, and limits that contain all points (…, 2) and all artists."""
     ax.update_datalim(np.concatenate([p.reshape(-1, 2) for p in points]))
     ax.margins(MARGIN)
-    # The limits give way, not the box, so that labels stay where the layout put them.
+    # Only the limits may change, because the layout has placed the labels around the box.
     ax.set_aspect("equal", adjustable="datalim")
     ax.autoscale_view()
 
 
 def glyph_path(contours: Sequence[Array]) -> Path:
-    """Closed contours of cubics, each (s, 4, 2), as one path, so that nonzero fill sees all."""
+    """Return closed contours of cubics (s, 4, 2) as one path, which is filled as a whole."""
     vertices, codes = [np.zeros((0, 2))], [np.zeros(0, dtype=Path.code_type)]
     for cubics in contours:
         start = cubics[0, :1]
@@ -146,7 +149,7 @@ def glyph_path(contours: Sequence[Array]) -> Path:
 
 
 def draw_glyph(ax: Axes, contours: Sequence[Any], shift: Any = (0, 0), **style: Any) -> PathPatch:
-    """Fill contours (s, 4, 2), shifted."""
+    """Fill contours (s, 4, 2) after moving them by ``shift``."""
     path = glyph_path([to_array(cubics) + shift for cubics in contours])
     patch = PathPatch(path, **({"facecolor": ink(), "linewidth": 0} | style))
     ax.add_patch(patch)
@@ -156,7 +159,7 @@ def draw_glyph(ax: Axes, contours: Sequence[Any], shift: Any = (0, 0), **style: 
 def arrows(
     ax: Axes, points: Array, vectors: Array, colour: str, scale: float = 1, **style: Any
 ) -> Quiver:
-    """Vectors (p, 2) on points (p, 2), drawn at ``scale`` times their length in data units."""
+    """Draw vectors (p, 2) at points (p, 2), at ``scale`` times their length in data units."""
     style = {
         "zorder": 3,
         "width": 0.022,
@@ -172,12 +175,12 @@ def arrows(
         scale_units="xy",
         scale=1 / scale,
         units="inches",
-        # A point that stays gets no dot.
+        # A zero vector draws no dot.
         minlength=0,
         **style,
     )
 
 
 def number(length: float) -> str:
-    """A length in font units, without digits that no one needs."""
+    """Format a length in font units with two significant digits, or as an integer from 10 on."""
     return f"{length:.0f}" if abs(length) >= 10 else f"{length:.2g}"

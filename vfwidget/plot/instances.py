@@ -1,4 +1,4 @@
-"""A glyph at many places of its design space."""
+"""A figure of a glyph at many locations of its design space."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ..arrays import to_array
 from ..errors import VFWidgetError
 from ..font import Axis, Font, load_font
 from .canvas import BLUE, around, caption, draw_glyph, ink, plain
-from .subject import axis_index, axis_label, place, takes_part, title, two_axes
+from .subject import axis_index, axis_label, location, takes_part, title, two_axes
 
 GAP = 0.12
-"""Between glyphs, in em."""
+"""Distance between glyphs, in em."""
 
 
 def gallery(
@@ -27,7 +27,7 @@ def gallery(
     axes: Mapping[str, Any] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """A glyph along one axis, or across two (Fig. 2, and the inset of Sec. 3).
+    """Draw a glyph along one axis, or over two axes (Fig. 2, and the inset of Sec. 3).
 
     Parameters
     ----------
@@ -35,19 +35,20 @@ def gallery(
     glyph : str or int
         A character, a glyph name or a glyph id.
     tag, tag2 : str
-        The axis from left to right, and the one upwards.
+        The horizontal axis and the vertical axis.
     count : int
-        How many places on each axis, at least 2: evenly from end to end in user coordinates, the
-        inner one nearest to the default moved onto it.
+        Number of values of each axis, at least 2. They have equal steps in user coordinates over
+        the whole range; the inner value nearest to the default is replaced by the default.
     axes : mapping of tag to user value, optional
-        Where the other axes stay.
+        User values of the other axes; the default instance if omitted.
     ax : matplotlib Axes, optional
+        The Axes to draw in. By default the function makes a new figure.
 
     Returns
     -------
     Axes
-        In font units, each glyph centred on its advance; the ticks are user coordinates. The
-        default instance of the axes shown is blue.
+        The Axes in font units. Each glyph is centred on its advance, the ticks are user
+        coordinates, and the default of the axes shown is blue.
 
     Raises
     ------
@@ -62,21 +63,21 @@ def gallery(
     shape = font.glyph(glyph)
     shown = [axis_index(font, tag)] if tag2 is None else [*two_axes(font, tag, tag2)]
     if count < 2:
-        raise VFWidgetError(f"A gallery shows at least 2 places of an axis, not {count}.")
+        raise VFWidgetError(f"count must be at least 2; received {count}.")
     across = [font.axes[i] for i in shown]
     stops = [_stops(axis, count) for axis in across]
-    place(font, axes)  # which tells of a wrong one by itself
+    location(font, axes)  # raises AxisError if an axis is wrong
     fixed = {other: value for other, value in (axes or {}).items() if other not in (tag, tag2)}
     instances = []
     for cell in np.ndindex(*map(len, stops)):
         users = {axis.tag: stop[k] for axis, stop, k in zip(across, stops, cell, strict=True)}
-        w = place(font, fixed | users)
+        w = location(font, fixed | users)
         middle = float(shape.advance(w)) / 2
         contours = [to_array(cubics) - [middle, 0] for cubics in shape.segments(w)]
         at_default = all(axis.default == users[axis.tag] for axis in across)
         instances.append(((*cell, 0)[:2], contours, at_default))
 
-    # Every cell is as large as the largest glyph, on its baseline and about its middle.
+    # Every cell has the size of the largest glyph, and glyphs share a baseline in each row.
     every = np.concatenate(
         [np.zeros((0, 2)), *(c.reshape(-1, 2) for _, contours, _ in instances for c in contours)]
     )
@@ -104,7 +105,7 @@ def gallery(
 
 
 def _stops(axis: Axis, count: int) -> list[float]:
-    """User values from end to end, the default among them wherever there is an inner one."""
+    """User values over the whole range; one of the inner values is the default."""
     stops = np.linspace(axis.minimum, axis.maximum, count)
     if count > 2 and axis.minimum < axis.default < axis.maximum:
         stops[1 + abs(stops[1:-1] - axis.default).argmin()] = axis.default

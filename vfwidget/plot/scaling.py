@@ -1,4 +1,4 @@
-"""Figures of Eq. 1–2: support functions, their products γ, and the delta sets these scale."""
+"""Figures of Eq. 1–2: support functions, their products γ, and the scaled delta sets."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from .subject import (
     axis_label,
     factors,
     kinks,
+    location,
     numbered,
-    place,
     reach,
     spaced,
     strength,
@@ -45,12 +45,12 @@ MOST_SUPPORTS = 6
 MOST_SCALARS = 6
 MOST_DELTA_SETS = 3
 GRID = 61
-"""Places along each axis of a surface, besides the kinks."""
+"""Number of values along each axis of a surface, in addition to the kinks."""
 LEVELS = np.linspace(0, 1, 11)
 
 
 def support(font: Font, glyph: str | int, tag: str, ax: Axes | None = None) -> Axes:
-    """The support functions φ of a glyph's delta sets along one axis (Fig. 5b).
+    """Draw the support functions φ of the delta sets of a glyph along one axis (Fig. 5b).
 
     Parameters
     ----------
@@ -58,15 +58,17 @@ def support(font: Font, glyph: str | int, tag: str, ax: Axes | None = None) -> A
     glyph : str or int
         A character, a glyph name or a glyph id.
     tag : str
-        Of the axis.
+        The tag of the axis.
     ax : matplotlib Axes, optional
+        The Axes to draw in. By default the function makes a new figure.
 
     Returns
     -------
     Axes
-        φ over the normalized coordinate, user coordinates above. Delta sets with the same support
-        share a line; it is dashed where all of them depend on another axis as well. Of more than
-        six supports those of the delta sets that move the outline farthest are shown.
+        φ over the normalized coordinate; the upper axis shows user coordinates. Delta sets with
+        the same support share a line. The line is dashed if all of them also depend on another
+        axis. If there are more than six supports, the figure shows those of the delta sets that
+        move the outline farthest.
 
     Raises
     ------
@@ -92,7 +94,7 @@ def support(font: Font, glyph: str | int, tag: str, ax: Axes | None = None) -> A
     for row, colour in zip(shown, COLOURS, strict=False):
         sets = groups[row]
         alone = any(depends[j].sum() == 1 for j in sets)
-        label = numbered(sets) + ("" if alone else ", other axes too")
+        label = numbered(sets) + ("" if alone else ", also other axes")
         ax.plot(w, phi[:, sets[0]], "-" if alone else "--", color=colour, lw=2.5, label=label)
         ax.fill_between(w, phi[:, sets[0]], color=colour, alpha=0.1, lw=0)
     if shown:
@@ -111,13 +113,13 @@ def support(font: Font, glyph: str | int, tag: str, ax: Axes | None = None) -> A
         f"normalized {plain(tag)}",
         "" if shape.contours else "This glyph has no outline.",
         "" if shown else f"No delta set of this glyph depends on {plain(tag)}: φ is 1 everywhere.",
-        f"Not shown: {hidden} other supports, of delta sets that move less." if hidden else "",
+        f"Not shown: {hidden} supports of delta sets with a smaller effect." if hidden else "",
     )
     return ax
 
 
 def _user_ticks(ax: Axes, font: Font, i: int, places: list[float]) -> None:
-    """User coordinates along the top, at those of the places that leave room, the first first."""
+    """Write user coordinates at the top; earlier places have priority where room is short."""
     low, high = reach(font, i)
     kept = spaced([w for w in places if low <= w <= high], 0.06 * (high - low))
     top = ax.secondary_xaxis("top")
@@ -134,7 +136,9 @@ def scalars(
     surface: bool = False,
     ax: Axes | None = None,
 ) -> Panels:
-    """The scaling factor γ of delta sets over two axes (Fig. 7, top; as surfaces, Fig. 6).
+    """Draw the scalars γ of delta sets over two axes (Fig. 7, top; as surfaces, Fig. 6).
+
+    The paper calls a scalar a *scaling factor*.
 
     Parameters
     ----------
@@ -142,20 +146,23 @@ def scalars(
     glyph : str or int
         A character, a glyph name or a glyph id.
     tag, tag2 : str
-        The axis across, and the one upwards.
+        The horizontal axis and the vertical axis.
     axes : mapping of tag to user value, optional
-        The instance, marked by a dot; also where the axes not shown stay.
+        The instance that a dot marks; the default instance if omitted. It also fixes the axes
+        that are not shown.
     surface : bool
-        Surfaces in space instead of maps, with the two support functions on the walls.
+        If True, draw surfaces in space, with the two support functions on the back planes. By
+        default False: draw maps.
     ax : matplotlib Axes, optional
-        What the panels replace.
+        An Axes of a ``plt.subplots`` grid; the panels are drawn in its place. By default the
+        function makes a new figure.
 
     Returns
     -------
     (count,) array of Axes
-        One for each of up to six delta sets that depend on these axes and are not 0 everywhere
-        on this slice, those that move the outline farthest first; in normalized coordinates. A
-        single, empty one when there is no such delta set.
+        One panel in normalized coordinates for each of up to six delta sets, in the order of
+        their effect on the outline. The delta sets depend on these axes and have a nonzero scalar
+        somewhere on the slice. If there is no such delta set, the array holds one empty panel.
 
     Raises
     ------
@@ -167,13 +174,13 @@ def scalars(
     font = load_font(font)
     shape = font.glyph(glyph)
     pair = two_axes(font, tag, tag2)
-    w = place(font, axes)
+    w = location(font, axes)
     grids, walls = [], []
     for i in pair:
         grid = np.union1d(kinks(font, shape, i), np.linspace(*reach(font, i), GRID))
         grids.append(grid)
         walls.append(factors(shape, i, grid))
-    # What the axes not shown leave of every γ.
+    # The factor of every γ that comes from the axes that are not shown.
     others = [factors(shape, i, w[i])[0] for i in range(len(w)) if i not in pair]
     rest = np.prod([np.ones(len(shape.affine.support)), *others], axis=0)
     height = walls[0].max(0) * walls[1].max(0) * rest
@@ -182,7 +189,7 @@ def scalars(
     shown = [int(j) for j in order[:MOST_SCALARS]]
 
     host, made = panels(ax, max(len(shown), 1), projection="3d" if surface and shown else None)
-    here = to_array(shape.scalars(w)) + 0.0  # which makes 0 of a negative zero
+    here = to_array(shape.scalars(w)) + 0.0  # turns a negative zero into 0
     for panel, j in zip(made, shown, strict=False):
         gamma = walls[1][:, None, j] * walls[0][None, :, j] * rest[j]
         if surface:
@@ -204,23 +211,23 @@ def scalars(
     smaller, none = len(order) - len(shown), len(effect) - len(order)
     caption(
         host,
-        f"Scaling factors of delta sets: {title(font, glyph, shape, axes)}",
+        f"Scalars γ of delta sets: {title(font, glyph, shape, axes)}",
         "normalized coordinates; the dot is the instance w"
         if shown
         else f"No delta set of this glyph varies with {plain(tag)} or {plain(tag2)} here.",
         "" if shape.contours else "This glyph has no outline.",
-        f"walls: support functions, orange along {plain(tag)}, blue along {plain(tag2)}"
+        f"back planes: support functions, orange along {plain(tag)}, blue along {plain(tag2)}"
         if surface and shown
         else "",
-        f"Not shown: {smaller} delta sets that move less." if smaller else "",
+        f"Not shown: {smaller} delta sets with a smaller effect." if smaller else "",
         f"Not shown: {none} delta sets that are constant here." if none and shown else "",
     )
     return made
 
 
 def _surface(panel: Any, grids: list[Array], gamma: Array, walls: list[Array]) -> None:
-    """γ in space, and on the far walls the support functions it is a product of."""
-    # The far walls are behind, and the dot to come in front; matplotlib would guess.
+    """Draw γ as a surface, and its factors, the support functions, on the back planes."""
+    # Set the drawing order here: back planes, surface, dot.
     panel.computed_zorder = False
     panel.plot(grids[0], walls[0], zs=grids[1][-1], zdir="y", color=VERMILLION, lw=2.5, zorder=1)
     panel.plot(grids[1], walls[1], zs=grids[0][0], zdir="x", color=BLUE, lw=2.5, zorder=1)
@@ -234,7 +241,7 @@ def _surface(panel: Any, grids: list[Array], gamma: Array, walls: list[Array]) -
 def delta_sets(
     font: Font, glyph: str | int, axes: Mapping[str, Any], ax: Axes | None = None
 ) -> Panels:
-    """Eq. 1 as a sum of figures: default + scaled delta sets = outline (Figs. 5a and 7, bottom).
+    """Draw Eq. 1 as a sum: default + scaled delta sets = outline (Figs. 5a and 7, bottom).
 
     Parameters
     ----------
@@ -244,14 +251,15 @@ def delta_sets(
     axes : mapping of tag to user value
         The instance.
     ax : matplotlib Axes, optional
-        What the panels replace.
+        An Axes of a ``plt.subplots`` grid; the panels are drawn in its place. By default the
+        function makes a new figure.
 
     Returns
     -------
     (count,) array of Axes
-        The default outline, the delta sets at work as arrows γ Δ at the on-curve points, those
-        that move the outline farthest first and all but three of them added up, and the outline
-        at ``axes``. All are to one scale.
+        The panels, all at one scale: the default outline; the delta sets with a nonzero scalar;
+        the outline at ``axes``. A delta set is drawn as arrows γ Δ at the on-curve points. The
+        three with the largest effect have a panel each, and one panel shows the sum of the others.
 
     Raises
     ------
@@ -262,12 +270,12 @@ def delta_sets(
     """
     font = load_font(font)
     shape = font.glyph(glyph)
-    w = place(font, axes)
+    w = location(font, axes)
     default, end = shape.affine.base, to_array(shape.points(w))
     gamma = to_array(shape.scalars(w))
     effect = gamma * strength(shape)
     order = [int(j) for j in np.argsort(-effect, kind="stable")[: np.count_nonzero(effect)]]
-    # One left over needs no more room than a sum of one.
+    # If only one is left, it gets its own panel, because a sum of one needs the same room.
     most = MOST_DELTA_SETS + (len(order) == MOST_DELTA_SETS + 1)
     parts = [[j] for j in order[:most]] + ([order[most:]] if order[most:] else [])
     moved = [shape.affine.deltas[..., sets] @ gamma[sets] for sets in parts]
@@ -284,7 +292,7 @@ def delta_sets(
         alone = shape.contours.split(default + by)
         draw_glyph(panel, alone, facecolor="none", edgecolor=VERMILLION, linewidth=0.8)
         arrows(panel, default[::3], by[::3], VERMILLION)
-        heading = f"{len(sets)} other sets\nadded up"
+        heading = f"sum of {len(sets)}\nother sets"
         if len(sets) == 1:
             heading = f"set {sets[0]}\nγ = {gamma[sets[0]]:.3g}"
             panel.set_xlabel(_peaks(font, shape, sets[0]))
@@ -299,17 +307,17 @@ def delta_sets(
         host,
         title(font, glyph, shape, axes),
         "" if shape.contours else "This glyph has no outline.",
-        "No delta set is at work here: every γ is 0." if shape.contours and not parts else "",
+        "Every γ is 0 here, so no delta set has an effect." if shape.contours and not parts else "",
     )
     return made
 
 
 def _peaks(font: Font, glyph: Glyph, j: int) -> str:
-    """Where a delta set counts in full, the axes that do not matter left out."""
+    """The peak of a delta set on the axes that it depends on."""
     support, depends = glyph.affine.support[j], takes_part(glyph)[j]
     parts = [
         f"{plain(axis.tag)} {peak:.3g}"
         for axis, (_, peak, _), own in zip(font.axes, support, depends, strict=True)
         if own
     ]
-    return "full at " + ", ".join(parts)
+    return "γ = 1 at " + ", ".join(parts)

@@ -1,4 +1,4 @@
-"""Figures of outlines: their points, where the axes pull them, and how a word is laid out."""
+"""Figures of outlines: their points, the motion by each axis, and the layout of a word."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ from .canvas import (
     panels,
     plain,
 )
-from .subject import HAIR, axis_label, left_out, lengths, place, text_title, title
+from .subject import OFFSET, axis_label, left_out, lengths, location, text_title, title
 
 MOST_AXES = 6
 MOST_LETTERS = 12
-"""Of a word, before the numbers of its layout would run into each other."""
+"""A longer word is drawn without numbers, because they would overlap."""
 NORMAL, DIRECTION = 0.05, 0.08
-"""Lengths in em."""
+"""Lengths of the drawn normals and direction arrows, in em."""
 ARROW = 0.25
-"""Length of a panel's longest arrow, in parts of the outline's larger side."""
+"""Length of the longest arrow of a panel, as a share of the larger side of the outline."""
 
 
 def outline(
@@ -53,25 +53,26 @@ def outline(
     samples: int = 1,
     ax: Axes | None = None,
 ) -> Axes:
-    """What an outline is made of: control points, handles, direction, points on it and normals.
+    """Draw the control points, handles, direction, points and normals of an outline.
 
     Parameters
     ----------
     font_or_text : Font, Text or what :func:`vfwidget.load_font` takes
     glyph : str or int, optional
-        A character, a glyph name or a glyph id. Of a text: which letter, by its place (as in
-        :meth:`vfwidget.Text.handle`) or by its character or glyph name; by default all.
+        A character, a glyph name or a glyph id. For a text it selects a letter by its index (as
+        in :meth:`vfwidget.Text.handle`), character or glyph name; all letters if omitted.
     axes : mapping of tag to user value, optional
-        By default the default, or where the text is. For a text, what :meth:`vfwidget.Text.at`
-        takes.
+        The instance. If omitted, the default instance of a font, or the axes of a text. For a
+        text, anything that :meth:`vfwidget.Text.at` accepts.
     samples : int
-        Points with a normal on each segment, at even parameters inside it.
+        Number of points with a normal on each segment, at equal steps of its parameter. Default 1.
     ax : matplotlib Axes, optional
+        The Axes to draw in. By default the function makes a new figure.
 
     Returns
     -------
     Axes
-        In font units. Normals point out of the ink, and have length 1 in the data of the arrows.
+        The Axes in font units. The normals are unit vectors that point out of the ink.
 
     Raises
     ------
@@ -84,8 +85,8 @@ def outline(
         font, contours, name = _letters(font_or_text, glyph, axes)
     else:
         font = load_font(font_or_text)
-        shape = font.glyph(glyph)  # type: ignore[arg-type] # None has a clear error of its own
-        contours = [to_array(cubics) for cubics in shape.segments(place(font, axes))]
+        shape = font.glyph(glyph)  # type: ignore[arg-type] # glyph() reports None
+        contours = [to_array(cubics) for cubics in shape.segments(location(font, axes))]
         name = title(font, glyph, shape, axes)
     em = font.units_per_em
     cubics = np.concatenate([np.zeros((0, 4, 2)), *contours])
@@ -111,12 +112,12 @@ def outline(
         arrows(ax, points, tangents, VERMILLION, length, width=0.045, headwidth=3, headlength=3)
     if len(cubics):
         _key(ax)
-    caption(ax, name, "" if len(cubics) else "There is no outline.")
+    caption(ax, name, "" if len(cubics) else "This glyph has no outline.")
     return ax
 
 
 def _letters(text: Text, letter: str | int | None, axes: Any) -> tuple[Font, list[Array], str]:
-    """The contours of one letter of a text, or of all, and what to call them."""
+    """Return the font, the contours of one letter or of all letters, and a title."""
     text = text if axes is None else text.at(axes=axes)
     owners = [i for i, glyph in enumerate(text.glyphs) for _ in glyph.contours]
     contours = [to_array(cubics) for cubics in text.segments()]
@@ -128,7 +129,9 @@ def _letters(text: Text, letter: str | int | None, axes: Any) -> tuple[Font, lis
         wanted = text.font.glyph(letter).name
         letter = names.index(wanted) if wanted in names else len(names)
     if not 0 <= letter < len(text.glyphs):
-        raise GlyphError(f"{text.string!r} has {len(text.glyphs)} letters, and not that one.")
+        raise GlyphError(
+            f"{text.string!r} has {len(text.glyphs)} letters; the requested one is not among them."
+        )
     own = [cubics for owner, cubics in zip(owners, contours, strict=True) if owner == letter]
     return text.font, own, f"letter {letter} of {name}"
 
@@ -136,7 +139,7 @@ def _letters(text: Text, letter: str | int | None, axes: Any) -> tuple[Font, lis
 def _sample(cubics: Array, t: Array) -> tuple[Array, Array]:
     """Points of cubics (s, 4, 2) at parameters (j,), and unit tangents there, each (p, 2).
 
-    Where the tangent vanishes, as on a segment of no length, there is no sample.
+    Parameters at which the tangent is zero, as on a segment of length 0, give no sample.
     """
     u = 1 - t
     weights = np.stack([u**3, 3 * u * u * t, 3 * u * t * t, t**3], -1)
@@ -149,13 +152,13 @@ def _sample(cubics: Array, t: Array) -> tuple[Array, Array]:
 
 
 def _outside(cubics: Array) -> int:
-    """1 where the outside is to the left of an outline's direction, -1 where to the right."""
+    """1 if the outside is to the left of the direction of an outline, -1 if to the right."""
     area = np.einsum("si,ij,sj", cubics[..., 0], AREA, cubics[..., 1])
     return 1 if area <= 0 else -1
 
 
 def _key(ax: Axes) -> None:
-    """What the signs of :func:`outline` mean; arrows have no entry of their own in a legend."""
+    """Draw the legend of :func:`outline`; matplotlib makes no legend entries for arrows."""
     signs = {
         "on-curve point": {"marker": "s", "color": BLUE, "ls": ""},
         "off-curve point, handle": {"marker": "o", "color": SKY, "mfc": "white"},
@@ -167,7 +170,7 @@ def _key(ax: Axes) -> None:
 
 
 def _blank(font: Font, points: Array) -> list[Array]:
-    """What to show where there are no points."""
+    """Return points that give an empty figure a size."""
     return [] if len(points) else [np.array([[0, 0], [1, 0.3]]) * font.units_per_em]
 
 
@@ -177,7 +180,7 @@ def jacobian(
     axes: Mapping[str, Any] | None = None,
     ax: Axes | None = None,
 ) -> Panels:
-    """Which way each axis pulls each point: the columns of ∂p/∂w as arrows.
+    """Draw the motion of each point by each axis: the columns of ∂p/∂w as arrows.
 
     Parameters
     ----------
@@ -185,18 +188,20 @@ def jacobian(
     glyph : str or int
         A character, a glyph name or a glyph id.
     axes : mapping of tag to user value, optional
-        The instance; by default the default.
+        The instance; the default instance if omitted.
     ax : matplotlib Axes, optional
-        What the panels replace.
+        An Axes of a ``plt.subplots`` grid; the panels are drawn in its place. By default the
+        function makes a new figure.
 
     Returns
     -------
     (count,) array of Axes
-        One for each of up to six axes that move the outline here, the strongest first, with
-        arrows at the on-curve points. Blue is the motion as the axis rises. Where the axis stands
-        on a kink or at its upper end, orange is the motion as it falls, which is not the
-        opposite. The data of the arrows are font units per normalized unit; each panel draws
-        them to a scale of its own, and states its longest.
+        One panel for each of up to six axes that move the outline here, in the order of their
+        effect, with arrows at the on-curve points. Blue arrows show the motion when the axis value
+        increases. Orange arrows show the motion when it decreases; they are drawn at a kink and at
+        the upper end of the axis, where the two motions are not opposite. The data of the arrows
+        are font units per normalized unit. Each panel has its own scale and names the length of
+        its longest arrow.
 
     Raises
     ------
@@ -207,7 +212,7 @@ def jacobian(
     """
     font = load_font(font)
     shape = font.glyph(glyph)
-    w = place(font, axes)
+    w = location(font, axes)
     points = to_array(shape.points(w))[::3]
     rising, falling = _pulls(font, shape, w)
     pull = np.maximum(lengths(rising), lengths(falling)).max(0, initial=0)
@@ -234,26 +239,28 @@ def jacobian(
         fit(panel, *tips)
     caption(
         host,
-        f"Where the axes pull {title(font, glyph, shape, axes)}",
-        "blue: as the axis rises; orange, where not the reverse: as it falls"
-        "\nlengths in font units per 1 of the normalized coordinate"
+        f"Motion by each axis: {title(font, glyph, shape, axes)}",
+        "blue: motion when the axis value increases\n"
+        "orange: motion when it decreases, drawn only if it is not the opposite of blue\n"
+        "lengths: font units per unit of the normalized coordinate"
         if shown
-        else "No axis moves this glyph's outline here.",
-        left_out(weaker, "pulling less"),
-        left_out(still, "not moving the outline here") if shown else "",
+        else "No axis moves the outline of this glyph here.",
+        left_out(weaker, "axes with a smaller effect"),
+        left_out(still, "axes without an effect here") if shown else "",
     )
     return made
 
 
 def _pulls(font: Font, glyph: Glyph, w: Array) -> tuple[Array, Array]:
-    """The on-curve points' motion as each axis rises and as it falls, two (p, n, 2) arrays.
+    """Motion of the on-curve points when each axis increases and decreases, two (p, n, 2) arrays.
 
-    Zero where the axis can go no further, and the fall also where it is but the reverse.
+    A motion is zero if the axis is at its bound. The decrease is also zero if it is the opposite of
+    the increase.
     """
     n = len(w)
-    beside = (w - HAIR * np.eye(n)).clip(-1)
+    below = (w - OFFSET * np.eye(n)).clip(-1)
     right = to_array(glyph.jacobian(w))[::3].swapaxes(1, 2)
-    left = to_array(glyph.jacobian(beside))[np.arange(n), ::3, :, np.arange(n)].swapaxes(0, 1)
+    left = to_array(glyph.jacobian(below))[np.arange(n), ::3, :, np.arange(n)].swapaxes(0, 1)
     low, high = font.bounds
     at_top, at_bottom = w >= high, w <= low
     same = np.isclose(left, right, atol=1e-6 * (1 + abs(right).max(initial=0))).all((0, 2))
@@ -263,22 +270,24 @@ def _pulls(font: Font, glyph: Glyph, w: Array) -> tuple[Array, Array]:
 
 
 def layout(text: Text, ax: Axes | None = None) -> Axes:
-    """How side bearings and advances lay a word out (Fig. 8, Eq. 3).
+    """Draw the side bearings and advances of a word (Fig. 8, Eq. 3).
 
     Parameters
     ----------
     text : Text
     ax : matplotlib Axes, optional
+        The Axes to draw in. By default the function makes a new figure.
 
     Returns
     -------
     Axes
-        In font units, the word's origin at 0. Upright lines are the letters' origins, arrows
-        under the baseline their advances, bands their left and right side bearings; a bearing
-        that is negative is hatched and framed. Beyond twelve letters the numbers are left out.
+        The Axes in font units; the origin of the word is at 0. Vertical lines mark the origins of
+        the letters, arrows below the baseline their advances, and bands their left and right side
+        bearings. A negative side bearing is hatched and has a frame. A word of more than twelve
+        letters has no numbers.
     """
     if not isinstance(text, Text):
-        raise TypeError(f"layout takes a Text, not {type(text).__name__}.")
+        raise TypeError(f"text must be a Text; received {type(text).__name__}.")
     theta = to_array(text.theta)
     font = text.font
     origins = text.word.origins(theta)
@@ -309,11 +318,11 @@ def layout(text: Text, ax: Axes | None = None) -> Axes:
         for (a, b), colour, side in zip(edges, (VERMILLION, GREEN), sides, strict=True):
             band = ax.fill_betweenx([bottom, top], a, b, fc=to_rgba(colour, 0.4), lw=0, zorder=2)
             if side < 0:
-                # A band too thin for its hatching still shows its frame.
+                # The frame is visible even if the band is too thin for the hatching.
                 band.set(hatch="////", edgecolor=colour, linewidth=1.5)
         labels = [(x + advance / 2, foot, (0, -16), "center", BLUE, advance)]
         if glyph.contours:
-            # On two levels, for a right side bearing meets the next letter's left one.
+            # Two levels, because a right side bearing touches the next left side bearing.
             labels.append((x, top, (3, 2), "left", VERMILLION, sides[0]))
             labels.append((x + advance, top, (-3, 17), "right", GREEN, sides[1]))
         for where, height, offset, side_of, colour, length in labels if numbers else ():
@@ -337,7 +346,7 @@ def layout(text: Text, ax: Axes | None = None) -> Axes:
         ax,
         text_title(text),
         f"font units (1 em = {em})",
-        "hatched and framed: negative" if np.min(bearings) < 0 else "",
-        "" if numbers else f"Numbers are left out of a line of more than {MOST_LETTERS} letters.",
+        "hatched with a frame: negative side bearing" if np.min(bearings) < 0 else "",
+        "" if numbers else f"A line of more than {MOST_LETTERS} letters has no numbers.",
     )
     return ax
