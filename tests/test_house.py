@@ -10,7 +10,7 @@ import vfwidget
 
 ROOT = Path(vfwidget.__file__).parent
 ROOMS = (
-    "errors arrays outline font text solver energy overlap motion raster matching design plot "
+    "errors deprecation arrays outline font text solver energy overlap motion raster matching design plot "
     "export view"
 ).split()
 """What stands later may import what stands earlier, and never the reverse."""

@@ -40,8 +40,13 @@ class AxisWarning(UserWarning):
 
 def warn_clamped(message: str) -> None:
     """Issue an :class:`AxisWarning` at the line of code that called into this package."""
+    warn_caller(message, AxisWarning)
+
+
+def warn_caller(message: str, category: type[Warning]) -> None:
+    """Issue a warning at the line of code that called into this package."""
     package = __name__.partition(".")[0]
     frame, level = sys._getframe(1), 2
     while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == package:
         frame, level = frame.f_back, level + 1
-    warnings.warn(message, AxisWarning, stacklevel=level)
+    warnings.warn(message, category, stacklevel=level)
