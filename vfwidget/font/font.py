@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -10,14 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from fontTools.ttLib import TTFont
 
-from ..arrays import Array, ArrayLike, is_tensor, like, to_array
+from ..arrays import Array, ArrayLike, IntArray, is_tensor, like, to_array
 from ..errors import AxisError, FontError, GlyphError
 from ..outline.coordinates import check_coordinates
 from ..outline.glyph import Glyph
 from . import axes as axis_maths
 from .axes import NamedInstance
+from .metrics import read_positioning_regions
 from .reader import read_glyph
-from .shaping import ShapedGlyph, Shaper
+from .settings import Settings, read_conditions
+from .shaping import ShapedGlyph, ShapedRow, Shaper
+from .shaping_options import ShapingOptions, check_options
 from .source import FontSource, font_bytes, open_font, reason
 
 if TYPE_CHECKING:
@@ -230,6 +233,48 @@ class Font:
             f"or a glyph id below {len(self.glyph_names)}."
         )
 
+    @cached_property
+    def positioning_support(self) -> Array:
+        """Regions over which anchors and kerning may vary: start, peak and end, (m, n, 3)."""
+        with self._reading:
+            return read_positioning_regions(self._ttfont)
+
+    @cached_property
+    def _conditions(self) -> tuple[IntArray, IntArray]:
+        with self._reading:
+            return read_conditions(self._ttfont)
+
+    def shaping_options(self, **options: Any) -> ShapingOptions:
+        """Check features, language, script and direction; see :func:`check_options`."""
+        return check_options(self._shaper.features, **options)
+
+    def shape_at(
+        self, string: str, w: Array, options: ShapingOptions, advance: Callable[[int], float]
+    ) -> ShapedRow:
+        """The glyphs of a string at w (n,), with their positions; see :meth:`Shaper.shape`."""
+        return self._shaper.shape(string, w, options, advance)
+
+    def settings(self, string: str, options: ShapingOptions) -> Settings:
+        """The rows of glyphs that a string has over the design space; see :class:`Settings`."""
+        return Settings(
+            self._conditions,
+            self.bounds,
+            lambda w: self.shape_at(string, w, options, lambda _: 0.0),
+        )
+
     def shape(self, string: str) -> list[ShapedGlyph]:
-        """The glyphs HarfBuzz sets a string in; see :class:`vfwidget.Text`."""
-        return self._shaper.shape(string)
+        """The glyphs HarfBuzz sets a string in at the default, without kerning."""
+        if isinstance(string, str) and "\n" in string:
+            raise GlyphError(r"The font has no glyph for '\n' (U+000A)")
+        origin = np.zeros(len(self.axes))
+        options = self.shaping_options(features={"kern": False})
+        row = self.shape_at(
+            string, origin, options, lambda g: float(self.glyph(g).advance(origin))
+        )
+        room = self.shape_at(string, origin, options, lambda _: 1.0).positions[:, 0]
+        return [
+            ShapedGlyph(glyph_id, cluster, (float(x), float(y)), bool(width))
+            for glyph_id, cluster, (_, x, y), width in zip(
+                row.glyph_ids, row.clusters, row.positions, room, strict=True
+            )
+        ]

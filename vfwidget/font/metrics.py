@@ -5,6 +5,8 @@ OpenType, "HVAR" table and "Item variation stores".
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from fontTools.ttLib import TTFont
 
@@ -36,13 +38,26 @@ def read_advance(font: TTFont, name: str, raw: RawOutline) -> tuple[float, Array
     if outer >= len(subtables) or inner >= len(subtables[outer].Item):
         return default, np.zeros(0), np.zeros((0, len(tags), 3))
     data = subtables[outer]
-    regions = [table.VarStore.VarRegionList.Region[i] for i in data.VarRegionIndex]
-    support = np.zeros((len(regions), len(tags), 3))
-    for j, region in enumerate(regions):
-        support[j] = [
-            (axis.StartCoord, axis.PeakCoord, axis.EndCoord) for axis in region.VarRegionAxis
-        ]
+    support = _region_supports(table.VarStore, len(tags))[data.VarRegionIndex]
     deltas = np.array(data.Item[inner], dtype=np.float64)
-    if len(deltas) != len(regions):
+    if len(deltas) != len(support):
         raise FontError(f"The HVAR table is damaged: too few deltas for glyph {name!r}.")
     return default, deltas, support
+
+
+def read_positioning_regions(font: TTFont) -> Array:
+    """Supports (m, n, 3) of the regions over which anchors and kerning may vary (GDEF)."""
+    store = getattr(font["GDEF"].table, "VarStore", None) if "GDEF" in font else None
+    axes = len(font["fvar"].axes)
+    return _region_supports(store, axes) if store else np.zeros((0, axes, 3))
+
+
+def _region_supports(store: Any, axes: int) -> Array:
+    """Start, peak and end of each region of an item variation store on each axis, (m, n, 3)."""
+    return np.array(
+        [
+            [(axis.StartCoord, axis.PeakCoord, axis.EndCoord) for axis in region.VarRegionAxis]
+            for region in store.VarRegionList.Region
+        ],
+        dtype=np.float64,
+    ).reshape(-1, axes, 3)

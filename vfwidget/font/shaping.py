@@ -1,34 +1,63 @@
-"""From a string to a row of glyphs, by HarfBuzz."""
+"""From a string to rows of glyphs with their positions, by HarfBuzz."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from threading import Lock
 
+import numpy as np
 import uharfbuzz as hb
+from fontTools import unicodedata
 from fontTools.ttLib import TTFont
 
+from ..arrays import Array
 from ..errors import GlyphError, TextError
+from .bidi import Run, direction_runs
+from .shaping_options import ShapingOptions
 
-FEATURES = {"kern": False}
-"""Kerning is off: Eq. 3 spaces glyphs by their side bearings alone."""
 TABLES = (
-    *("head", "maxp", "hhea", "hmtx", "cmap", "fvar", "avar", "HVAR"),
-    *("GDEF", "GSUB", "GPOS", "morx"),
+    *("head", "maxp", "hhea", "hmtx", "cmap", "fvar", "avar"),
+    *("GDEF", "GSUB", "GPOS", "kern", "morx", "kerx", "ankr", "feat"),
 )
-"""What shaping reads; outlines are not among it."""
+"""Tables that HarfBuzz needs for shaping. Advance widths come from this package."""
+FALLBACK_TABLES = ("glyf", "loca", "gvar")
+"""Without GPOS, HarfBuzz places marks by the extents of the outlines."""
+SCALE = 1024
+"""HarfBuzz gives positions in whole numbers, here in 1/1024 of a font unit."""
+
+
+@dataclass(frozen=True)
+class ShapedRow:
+    """Glyphs in drawing order: line after line, each from left to right.
+
+    Attributes
+    ----------
+    glyph_ids, clusters, lines : tuple of int
+        For each glyph its id, the index in the string of the first character that it stands for,
+        and the number of its line.
+    rtl : tuple of bool
+        Whether the glyph belongs to a run from right to left.
+    positions : (l, 3) array
+        Advance width, x offset and y offset of each glyph, in font units.
+    """
+
+    glyph_ids: tuple[int, ...]
+    clusters: tuple[int, ...]
+    lines: tuple[int, ...]
+    rtl: tuple[bool, ...]
+    positions: Array = field(repr=False, compare=False)
 
 
 @dataclass(frozen=True)
 class ShapedGlyph:
-    """A glyph of a line: which one, for which character, and how far off its place.
+    """A glyph of a line at the default location.
 
     Attributes
     ----------
-    glyph_id : int
-    cluster : int
-        Index in the string of the first character it stands for.
+    glyph_id, cluster : int
     offset : (float, float)
-        Shift in font units, such as a mark's over its base.
     spacing : bool
         False for a mark that HarfBuzz gives no room, whatever the advance of its glyph.
     """
@@ -40,52 +69,131 @@ class ShapedGlyph:
 
 
 class Shaper:
-    """HarfBuzz over one font's tables, at the default instance."""
+    """HarfBuzz over the tables of one font.
+
+    Parameters
+    ----------
+    font : TTFont
+        Its tables have to be as the file has them.
+    """
 
     def __init__(self, font: TTFont) -> None:
-        # HarfBuzz asks for a table and then reads it where it lies, at any later time: so all are
-        # held here, in full before it asks, because it could not be told of a damaged one.
-        self._tables = {tag: font.getTableData(tag) for tag in TABLES if tag in font}
-        face = hb.Face.create_for_tables(
+        # HarfBuzz reads a table at any later time, and cannot be told of a damaged one, so all
+        # tables are copied here.
+        wanted = TABLES if "GPOS" in font else TABLES + FALLBACK_TABLES
+        self._tables = {tag: font.getTableData(tag) for tag in wanted if tag in font}
+        self._face = hb.Face.create_for_tables(
             lambda _face, tag, tables: tables.get(tag, b""), self._tables
         )
-        self._font = hb.Font(face)
-        self._font.scale = (face.upem, face.upem)
+        # The functions of the second font replace those of the first.
+        self._outlines = hb.Font(self._face)
+        self._font = hb.Font(self._outlines)
+        self._advance: Callable[[int], float] = lambda _: 0.0
+        functions = hb.FontFuncs()
+        functions.set_glyph_h_advance_func(
+            lambda _font, glyph_id, _data: round(SCALE * self._advance(glyph_id))
+        )
+        self._font.funcs = functions
+        self._lock = Lock()
 
-    def shape(self, string: str) -> list[ShapedGlyph]:
-        """Shape a line of text; ligatures and alternates as the font's default features say.
+    @cached_property
+    def features(self) -> frozenset[str]:
+        """Tags of the features that the font has."""
+        tables = (self._tables.get(tag, b"") for tag in ("GSUB", "GPOS"))
+        return frozenset(tag for table in tables for tag in _feature_tags(table))
+
+    def shape(
+        self,
+        string: str,
+        w: Array,
+        options: ShapingOptions,
+        advance: Callable[[int], float],
+    ) -> ShapedRow:
+        r"""Shape a text at one location of the design space.
+
+        Parameters
+        ----------
+        string : str
+            Lines are separated by ``"\n"``.
+        w : (n,) array
+            Normalized coordinates; HarfBuzz rounds them to 1/16384.
+        options : ShapingOptions
+        advance : function
+            Gives the advance width of a glyph at ``w``, by glyph id, in font units.
 
         Raises
         ------
         TextError
-            ``string`` is no string, is empty, or holds invisible characters only.
+            ``string`` is no string, is empty, or has invisible characters only.
         GlyphError
             The font has no glyph for a character.
         """
         if not isinstance(string, str):
-            raise TextError(f"A text is a string, not {type(string).__name__}.")
-        buffer = hb.Buffer()
-        # A mark keeps its own cluster, so that a missing one is not taken for its base.
-        buffer.cluster_level = hb.BufferClusterLevel.MONOTONE_CHARACTERS
-        # uharfbuzz takes no subclass, such as numpy's strings.
-        buffer.add_str(str(string))
-        # A joiner and its like say how to shape, and are then no letters.
-        buffer.flags = hb.BufferFlags.REMOVE_DEFAULT_IGNORABLES
-        buffer.guess_segment_properties()
-        hb.shape(self._font, buffer, FEATURES)
-        if not buffer.glyph_infos:
-            raise TextError(f"The text {string!r} is empty: there is nothing to lay out.")
-        missing = sorted({string[g.cluster] for g in buffer.glyph_infos if g.codepoint == 0})
+            raise TextError(f"A text has to be a string; received {type(string).__name__}.")
+        infos, positions, lines, rtl = [], [], [], []
+        with self._lock:
+            self._go_to(w)
+            self._advance = advance
+            start = 0
+            for number, line in enumerate(string.split("\n")):
+                for run in direction_runs(line, options.direction):
+                    script = options.script or _script(line[run.start : run.end]) or _script(line)
+                    buffer = self._shape_run(string, start, run, script, options)
+                    infos += buffer.glyph_infos
+                    positions += buffer.glyph_positions
+                    lines += [number] * len(buffer)
+                    rtl += [run.rtl] * len(buffer)
+                start += len(line) + 1
+        if not infos:
+            raise TextError(f"The text {string!r} is empty: it has no visible character.")
+        missing = sorted({string[info.cluster] for info in infos if info.codepoint == 0})
         if missing:
             raise GlyphError(
                 "The font has no glyph for " + ", ".join(f"{c!r} (U+{ord(c):04X})" for c in missing)
             )
-        return [
-            ShapedGlyph(
-                info.codepoint,
-                info.cluster,
-                (position.x_offset, position.y_offset),
-                position.x_advance != 0 or self._font.get_glyph_h_advance(info.codepoint) == 0,
-            )
-            for info, position in zip(buffer.glyph_infos, buffer.glyph_positions, strict=True)
-        ]
+        return ShapedRow(
+            tuple(info.codepoint for info in infos),
+            tuple(info.cluster for info in infos),
+            tuple(lines),
+            tuple(rtl),
+            np.array([(p.x_advance, p.x_offset, p.y_offset) for p in positions]) / SCALE,
+        )
+
+    def _go_to(self, w: Array) -> None:
+        coordinates = [float(x) for x in w]
+        for font in (self._outlines, self._font):
+            font.scale = (SCALE * self._face.upem, SCALE * self._face.upem)
+            font.set_var_coords_normalized(coordinates)
+
+    def _shape_run(
+        self, string: str, start: int, run: Run, script: str | None, options: ShapingOptions
+    ) -> hb.Buffer:
+        buffer = hb.Buffer()
+        # A mark keeps its own cluster, so that a missing one is not taken for its base.
+        buffer.cluster_level = hb.BufferClusterLevel.MONOTONE_CHARACTERS
+        # uharfbuzz takes no subclass, such as numpy's strings.
+        buffer.add_str(str(string), start + run.start, run.end - run.start)
+        # A joiner and its like say how to shape, and then become invisible.
+        buffer.flags = hb.BufferFlags.REMOVE_DEFAULT_IGNORABLES
+        buffer.direction = "rtl" if run.rtl else "ltr"
+        if script is not None:
+            buffer.script = script
+        # Without a language HarfBuzz would take that of the machine.
+        buffer.language = options.language or "und"
+        buffer.guess_segment_properties()
+        hb.shape(self._font, buffer, dict(options.features))
+        return buffer
+
+
+def _script(characters: str) -> str | None:
+    """The script of the first character that is not common to several scripts."""
+    scripts = (unicodedata.script(character) for character in characters)
+    return next((script for script in scripts if script not in ("Zyyy", "Zinh", "Zzzz")), None)
+
+
+def _feature_tags(table: bytes) -> set[str]:
+    """Tags in the feature list of a GSUB or GPOS table (OpenType, "Feature List table")."""
+    start = int.from_bytes(table[6:8], "big")
+    count = int.from_bytes(table[start : start + 2], "big")
+    tags = (table[start + 2 + 6 * i :][:4] for i in range(count))
+    return {tag.decode("latin-1") for tag in tags}
