@@ -268,9 +268,7 @@ class Font:
             raise GlyphError(r"The font has no glyph for '\n' (U+000A)")
         origin = np.zeros(len(self.axes))
         options = self.shaping_options(features={"kern": False})
-        row = self.shape_at(
-            string, origin, options, lambda g: float(self.glyph(g).advance(origin))
-        )
+        row = self.shape_at(string, origin, options, lambda g: float(self.glyph(g).advance(origin)))
         room = self.shape_at(string, origin, options, lambda _: 1.0).positions[:, 0]
         return [
             ShapedGlyph(glyph_id, cluster, (float(x), float(y)), bool(width))
