@@ -138,6 +138,14 @@ def begins(values: Any) -> Any:
     return mask
 
 
+def lexicographic(major: Any, minor: Any) -> Any:
+    """The order (q,) that sorts by ``major`` (q,), and where that is equal by ``minor`` (q,)."""
+    if type(minor) is np.ndarray:
+        return np.lexsort((minor, major))
+    order = minor.argsort(stable=True)
+    return take(order, take(major, order).argsort(stable=True))
+
+
 def repeat(counts: Any) -> Any:
     """Each index i, ``counts[i]`` times over."""
     if type(counts) is np.ndarray:
@@ -158,19 +166,12 @@ def sum_at(index: Any, values: Any, length: int) -> Any:
         return values.new_zeros((*values.shape[:-1], length)).index_add_(-1, index, values)
     if values.ndim == 1:
         return np.bincount(index, values, length)
+    if not len(index):
+        return np.zeros((*values.shape[:-1], length), values.dtype)
     rows = values.reshape(-1, values.shape[-1])
     flat = index + length * np.arange(len(rows))[:, None]
     sums = np.bincount(flat.ravel(), rows.ravel(), length * len(rows))
     return sums.reshape(*values.shape[:-1], length)
-
-
-def greatest_at(index: Any, values: Any, length: int) -> Any:
-    """The greatest (length,) of the values (q,) ≥ 0 that have the same index (q,), 0 for none."""
-    greatest = zeros(length, values)
-    if type(values) is np.ndarray:
-        np.maximum.at(greatest, index, values)
-        return greatest
-    return greatest.scatter_reduce_(0, index, values, "amax")
 
 
 def add_at(sums: Any, index: Any, values: Any) -> None:

@@ -25,9 +25,6 @@ few = settings(deadline=None, derandomize=True, max_examples=30)
 SIZE = (12, 14)
 NEAR = 0.05
 """The referee's own error where curves are steep: it has 64 lines a pixel and 64 chords a cubic."""
-FEW, FAR = 2, 0.3
-"""Pixels, and how far off, where a contour has loops smaller than a pixel: arcs may then cross
-elsewhere than their chords."""
 STEP = 1e-6
 REFERENCE = Path(os.environ.get("VFWIDGET_DIFFVG_IMAGES", "unset"))
 """An archive of outlines and of what diffvg makes of them."""
@@ -96,8 +93,8 @@ def image_of(segments, size=SIZE, **options):
     return vf.rasterize(segments, size, **options).numpy()
 
 
-def errors(segments, size=SIZE):
-    """The error of each pixel, the referee looking closely where one is large."""
+def misses(segments, size=SIZE):
+    """The largest error of a pixel, the referee looking closely where it is large."""
     image = image_of(segments, size)
     assert image.shape == tuple(size)
     error = abs(image - scan(segments, *size))
@@ -107,12 +104,7 @@ def errors(segments, size=SIZE):
             error = abs(image - scan(segments, *size, lines=512))
         finally:
             referee.CHORDS = chords
-    return error
-
-
-def misses(segments, size=SIZE):
-    """The largest error of a pixel."""
-    return errors(segments, size).max()
+    return error.max()
 
 
 def placed(text, size):
@@ -208,9 +200,7 @@ def test_letters_of_32_pixels(name, letter, theta):
 @checked
 @given(contours(wild))
 def test_any_contours(segments):
-    error = errors(segments)
-    assert (error > NEAR).sum() <= FEW
-    assert error.max() < FAR
+    assert misses(segments) < NEAR
 
 
 @checked
@@ -256,6 +246,70 @@ def test_letters(name):
 @pytest.mark.parametrize("name", vf.bundled_fonts())
 def test_a_hundred_letters(name, letter):
     close_to_scanlines(name, letter)
+
+
+# Edges that coincide, or nearly do.
+
+DISTANCES = [10.0**-k for k in range(3, 13)]
+KINDS = (np.float64, np.float32, torch.float64, torch.float32)
+
+
+def turned(segments, angle):
+    """Contours turned about the middle of the image."""
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return [(s - (7, 6)) @ turn.T + (7, 6) for s in segments]
+
+
+def nearly_one_edge(distance, rng):
+    """Pairs of contours whose edges lie about this far from each other."""
+    round_one = blob(7, 6, rng.uniform(2, 5, 4), rng.uniform(0, 6))
+    shift = distance * rng.normal(size=2)
+    yield [rectangle(2.3, 2.1, 4, 6), rectangle(6.3 + shift[0], 2.1 + shift[1], 4, 6)]
+    yield [rectangle(2.3, 2.1, 4, 6), reverse(rectangle(4.3, 2.1 + shift[0], 5, 6))]
+    yield [round_one, round_one + shift]
+    yield [round_one, reverse(round_one) + shift]
+    yield [round_one, round_one * (1 + distance)]
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=str)
+@pytest.mark.parametrize("distance", DISTANCES)
+def test_edges_that_nearly_coincide(distance, kind):
+    rng = np.random.default_rng(round(-np.log10(distance)))
+    for segments in nearly_one_edge(distance, rng):
+        for angle in (0.0, rng.uniform(0, 6)):
+            if isinstance(kind, torch.dtype):
+                given = [torch.tensor(s, dtype=kind) for s in turned(segments, angle)]
+                points = torch.cat(given)[None].double()
+                image = fill(points, [len(s) for s in given], *SIZE)[0][0].numpy()
+                seen = [s.numpy() for s in given]
+            else:
+                seen = [s.astype(kind) for s in turned(segments, angle)]
+                image = image_of(seen)
+            assert abs(image - scan(seen, *SIZE)).max() < NEAR
+
+
+@pytest.mark.parametrize("name", ["recursive", "roboto-flex"])
+def test_letters_in_single_precision_turned(name):
+    text = vf.Text(name, "NHg@")
+    for angle in np.linspace(0, 3, 5):
+        turn = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+        contours = [s.numpy() / 100 @ np.transpose(turn) + (14, 14) for s in text.segments()]
+        contours = [torch.tensor(s, dtype=torch.float32) for s in contours]
+        # The same contours twice: all edges coincide.
+        single = vf.rasterize(contours, (40, 40))
+        torch.testing.assert_close(vf.rasterize(contours * 2, (40, 40)), single, rtol=0, atol=1e-5)
+        error = abs(single.double().numpy() - scan([s.numpy() for s in contours], 40, 40))
+        assert error.max() < NEAR
+
+
+def test_curves_that_coincide_are_not_cut_again_and_again():
+    contour = blob(7.1, 6.2, [4, 3, 5, 4])
+    counts = []
+    for shift in (0, 1e-13, 1e-10):
+        segments = np.concatenate([contour, contour + shift])[None]
+        counts.append(len(fill(segments, [4, 4], *SIZE)[1].cubic))
+    single = len(fill(contour[None], [4], *SIZE)[1].cubic)
+    assert max(counts) <= 2 * single + 16
 
 
 # What must hold whatever the contours.

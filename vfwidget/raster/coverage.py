@@ -1,17 +1,17 @@
 r"""Anti-aliased coverage of closed cubic contours by exact area, and its exact derivative.
 
-**Pieces.** Every cubic is cut wherever it crosses a border between pixels, turns in x or in y, or
-crosses another contour. Nothing is flattened: the cuts are roots of the cubic itself. A piece
-then lies in one pixel, and what it adds to coverage is an integral of a polynomial along it,
+**Boundary.** :mod:`..outline.arrangement` gives the parts of the cubics that bound the filled
+shape. Signed areas of whole contours would add up where contours overlap, and limiting the sum to 1
+is wrong in pixels in which contours cross.
+
+**Pieces.** Every cubic is also cut wherever it crosses a border between pixels and where it turns
+in x or in y. Nothing is flattened: the cuts are roots of the cubic itself. A piece then lies in one
+pixel, and its contribution to coverage is an integral of a polynomial along it,
 
     ∫ (column + 1 − x) dy   (to its own pixel),   ∫ dy   (to all pixels on its right),
 
 the signed areas of scan converters, here without a chord in place of the arc. A running sum
 along the rows makes them an image.
-
-**Nonzero fill.** Signed areas add up where contours overlap, and a clamp of the sum is wrong in
-pixels in which contours cross. So each piece has a weight (:mod:`.winding`): the weighted pieces
-bound the filled shape itself, whose signed area is its coverage.
 
 **Derivative.** Moving the boundary by δ sweeps over area: the derivative of a pixel's coverage is
 :math:`\int \delta_y\,dx - \delta_x\,dy` along the weighted pieces in it (Reynolds' transport
@@ -32,6 +32,7 @@ import numpy as np
 from ..arrays import (
     add_at,
     between,
+    integers,
     like,
     namespace,
     running_sum,
@@ -41,8 +42,8 @@ from ..arrays import (
     where_true,
     zeros,
 )
-from .cuts import POWER, cut
-from .winding import resolve
+from ..outline.arrangement import boundary
+from ..outline.monotone import BEFORE_NEXT, POWER, coefficients, monotone_arcs
 
 SLOPE = np.array([1.0, 2, 3])[:, None, None]
 """What coefficients of t, t², t³ are multiplied by in a derivative."""
@@ -103,6 +104,36 @@ class Boundary(NamedTuple):
         return out
 
 
+class Pieces(NamedTuple):
+    """N pieces of the boundary, each in one pixel.
+
+    Those above or below the image are left out. Those beside it are kept, because pixels on their
+    right depend on them.
+
+    Attributes
+    ----------
+    cubic : (N,) int array
+    start, end : (N,) arrays
+        Parameters on the cubic.
+    first, last : (2, N) arrays
+        The two end points, in pixels.
+    row, column : (N,) int arrays
+        The pixel: the rows of all images counted on, the column -1 left of an image and W right
+        of it.
+    weight : (N,) array
+        As in :class:`~.outline.arrangement.Spans`.
+    """
+
+    cubic: Any
+    start: Any
+    end: Any
+    first: Any
+    last: Any
+    row: Any
+    column: Any
+    weight: Any
+
+
 def fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[Any, Boundary]:
     """Coverage of each image, (B, H, W), and the boundary of its shape.
 
@@ -122,11 +153,9 @@ def fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[An
 def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[Any, Boundary]:
     xp = namespace(points)
     images = len(points)
-    across = xp.swapaxes(points.reshape(-1, 8), 0, 1).reshape(4, -1)
-    curves = (like(POWER, points) @ across).reshape(4, 2, -1)
-    pieces = cut(curves, sizes, images, height, width)
-    pieces, weight = resolve(curves, pieces, images * height, width)
-    cubic, row, column = pieces.cubic, pieces.row, pieces.column
+    curves = coefficients(points)
+    pieces = _pieces(curves, list(sizes), images, height, width)
+    weight, cubic, row, column = pieces.weight, pieces.cubic, pieces.row, pieces.column
     powers = _powers(stacked([pieces.end, pieces.start]))
     powers = (powers[:, 0] - powers[:, 1]) * weight
 
@@ -154,6 +183,27 @@ def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[A
         inside = where_true(inside)
         cubic, pixel, powers = (take(values, inside) for values in (cubic, pixel, powers))
     return image, Boundary(curves, cubic, pixel, powers, (images, height, width))
+
+
+def _pieces(curves: Any, sizes: list[int], images: int, height: int, width: int) -> Pieces:
+    xp = namespace(curves)
+    spans = boundary(curves, sizes, images)
+    grid = (width, height)
+    cubic, start, end, first, last, _ = monotone_arcs(
+        curves, sizes * images, grid, spans.cubic, spans.start
+    )
+    begins = spans.cubic + BEFORE_NEXT * spans.start
+    span = xp.searchsorted(begins, cubic + BEFORE_NEXT * (start + end) / 2, side="right") - 1
+    weight = take(spans.weight, span)
+    column, row = integers(xp.floor((first + last) / 2))
+    kept = (row >= 0) & (row < height) & (weight != 0)
+    if images > 1:
+        row = row + cubic // (curves.shape[-1] // images) * height
+    pieces = Pieces(cubic, start, end, first, last, row, between(column, -1, width), weight)
+    if kept.all():
+        return pieces
+    kept = where_true(kept)
+    return Pieces(*(take(values, kept) for values in pieces))
 
 
 def _powers(t: Any) -> Any:

@@ -1,0 +1,241 @@
+r"""The crossings of outlines.
+
+Two arcs that are monotone in x and y, and whose boxes overlap, are functions x(y) over a common
+range of heights. They are compared at a few heights. Between two heights at which they change sides
+they cross. Where the arcs come near each other without changing sides, the height is searched at
+which they are nearest, so that the two crossings of a lens are found. The number of comparisons is
+fixed, so arcs that coincide cost no more than others.
+
+Gaps below :data:`RESOLUTION` count as zero. A crossing that is missed for that reason does no harm,
+because :mod:`.arrangement` sorts the arcs again in every slab.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import (
+    at_least_zero,
+    between,
+    count_up,
+    expand,
+    integers,
+    like,
+    namespace,
+    stacked,
+    take,
+    where_true,
+)
+from .monotone import Arcs, climbs, evaluate, evaluate_slope, reach
+
+RESOLUTION = 1e-12
+"""Smallest distance that counts, relative to the largest coordinate."""
+HEIGHTS = (1 - np.cos(np.linspace(0, np.pi, 5))) / 2
+"""Relative heights at which two arcs are compared; dense at the ends, near which arcs may turn."""
+DIPS = 4
+"""Steps of parabolic interpolation towards the height at which two arcs are nearest."""
+NEWTON, BISECTIONS = 7, 48
+"""Steps towards a crossing: first of Newton's method, then halvings where that fails."""
+
+
+class Climbers(NamedTuple):
+    """Arcs as functions of height.
+
+    Attributes
+    ----------
+    x, y : (4, N) arrays
+        Coefficients.
+    about : (5, N) array
+        What :func:`~.monotone.reach` needs to find a height.
+    """
+
+    x: Any
+    y: Any
+    about: Any
+
+    def at(self, which: Any, height: Any) -> tuple[Any, Any]:
+        """The parameter and x (M,) at which arcs (M,) have a height."""
+        t = reach(take(self.y, which), take(self.about, which), height)
+        return t, evaluate(take(self.x, which), t)
+
+
+def climbers(curves: Any, arcs: Arcs) -> Climbers:
+    """The arcs of cubics (4, 2, C) as functions of height."""
+    x, y = take(curves[:, 0], arcs.cubic), take(curves[:, 1], arcs.cubic)
+    return Climbers(x, y, climbs(y, arcs.start, arcs.end))
+
+
+def crossings(curves: Any, arcs: Arcs, image: Any) -> tuple[Any, Any]:
+    """Where arcs of the same image cross: cubics (M,) and parameters (M,) to cut them at.
+
+    Parameters
+    ----------
+    curves : (4, 2, C) array
+    arcs : Arcs
+        Monotone in x and y.
+    image : (N,) int array
+        Arcs of different images do not cross.
+    """
+    xp = namespace(curves)
+    lines = climbers(curves, arcs)
+    pairs, bottom, top = _neighbours(arcs, image)
+    resolution = RESOLUTION * max(float(abs(arcs.first).max()), 1e-300)
+    height = bottom + like(HEIGHTS[:, None], bottom) * (top - bottom)
+    gap = _gaps(lines, pairs, height)
+    apart = abs(gap) > resolution
+    # Pairs of which one arc stays on one side, as far as is known.
+    steady = abs(xp.where(apart, xp.sign(gap), 0.0).sum(0)) == apart.sum(0)
+    changing, near = where_true(~steady), where_true(steady & _may_dip(gap, resolution))
+    found = []
+    if len(changing):
+        some = take(pairs, changing)
+        found += _changes(some, take(height, changing), take(gap, changing), resolution)
+    if len(near):
+        some = take(pairs, near)
+        heights, gaps = _dips(lines, some, take(height, near), take(gap, near))
+        found += _changes(some, heights, gaps, resolution)
+    found = [changes for changes in found if len(changes.gap[0])]
+    if not found:
+        return arcs.cubic[:0], arcs.start[:0]
+    changes = Changes(*(xp.concatenate(parts, -1) for parts in zip(*found, strict=True)))
+    t = _meet(lines, changes, resolution)
+    return take(arcs.cubic, changes.pairs.reshape(-1)), t.reshape(-1)
+
+
+def _neighbours(arcs: Arcs, image: Any) -> tuple[Any, Any, Any]:
+    """Pairs of arcs (2, P) whose boxes overlap, and the heights (P,) between which both run."""
+    xp = namespace(arcs.first)
+    low, high = xp.minimum(arcs.first, arcs.last), xp.maximum(arcs.first, arcs.last)
+    # One after the other from left to right, and one image to the right of the other.
+    shift = image * (1 + high[0].max() - low[0].min())
+    order = (low[0] + shift).argsort()
+    left, right = take(low[0] + shift, order), take(high[0] + shift, order)
+    after = count_up(len(order), order) + 1
+    one, other = expand(after, integers(at_least_zero(xp.searchsorted(left, right) - after)))
+    one, other = take(order, one), take(order, other)
+    bottom = xp.maximum(take(low[1], one), take(low[1], other))
+    top = xp.minimum(take(high[1], one), take(high[1], other))
+    meet = where_true(bottom < top)
+    pairs = stacked([take(one, meet), take(other, meet)])
+    return pairs, take(bottom, meet), take(top, meet)
+
+
+def _gaps(lines: Climbers, pairs: Any, height: Any) -> Any:
+    """How far right of the first arc of each pair (2, P) the second one is at heights (H, P)."""
+    xp = namespace(height)
+    which = xp.broadcast_to(pairs[:, None], (2, *height.shape)).reshape(-1)
+    x = lines.at(which, xp.concatenate([height.reshape(-1)] * 2))[1]
+    half = len(x) // 2
+    return (x[half:] - x[:half]).reshape(height.shape)
+
+
+class Changes(NamedTuple):
+    """Where two arcs change sides: the pair, two heights, and the gap at either, (2, Q) each."""
+
+    pairs: Any
+    height: Any
+    gap: Any
+
+
+def _changes(pairs: Any, height: Any, gap: Any, resolution: float) -> list[Changes]:
+    """Where gaps (H, P) of pairs (2, P) at ascending heights (H, P) change sign."""
+    xp = namespace(gap)
+    begin, before = height[0], gap[0]
+    found = []
+    for end, after in zip(height[1:], gap[1:], strict=True):
+        clear, undecided = abs(after) > resolution, abs(before) <= resolution
+        here = where_true(clear & ~undecided & (before * after < 0))
+        bracket, sides = stacked([begin, end]), stacked([before, after])
+        found.append(Changes(take(pairs, here), take(bracket, here), take(sides, here)))
+        # What counts is the last height at which the two were apart.
+        clear |= undecided
+        begin, before = xp.where(clear, end, begin), xp.where(clear, after, before)
+    return found
+
+
+def _may_dip(gap: Any, resolution: float) -> Any:
+    """Which gaps (H, P) of one sign may change sign twice between two of their heights."""
+    xp = namespace(gap)
+    gap = gap * xp.sign(gap.sum(0))
+    rise = gap[1:] - gap[:-1]
+    bend = rise[1:] - rise[:-1]
+    slope = (gap[2:] - gap[:-2]) / 2
+    # The vertex of the parabola through three values, and what a cubic may differ from it.
+    vertex = gap[1:-1] - slope * slope / (2 * bend)
+    doubt = abs(bend[1:] - bend[:-1]).sum(0) / 4
+    return ((bend > resolution) & (abs(slope) <= bend) & (vertex < doubt)).any(0)
+
+
+def _dips(lines: Climbers, pairs: Any, height: Any, gap: Any) -> tuple[Any, Any]:
+    """The least gap of each pair (2, P), between one on either side: heights and gaps (3, P)."""
+    xp = namespace(gap)
+    every = count_up(len(pairs[0]), pairs)
+    side = xp.sign(gap.sum(0))
+    # In the angle, of which the height is the cosine, arcs that turn at a level are smooth.
+    middle = between(integers((gap * side).argmin(0)), 1, len(gap) - 2)
+    bottom, tall = height[0], height[-1] - height[0]
+    step = math.pi / (len(gap) - 1)
+    angles = [(middle + i) * step for i in (-1, 0, 1)]
+    values = [gap[middle + i, every] * side for i in (-1, 0, 1)]
+
+    def level(angle: Any) -> Any:
+        return bottom + tall * (1 - xp.cos(angle)) / 2
+
+    for _ in range(DIPS):
+        (a, b, c), (low, mid, high) = angles, values
+        rise, fall = (high - mid) * (b - a), (low - mid) * (c - b)
+        vertex = b + (fall * (c - b) - rise * (b - a)) / (2 * (rise + fall))
+        vertex = between(xp.where(xp.isfinite(vertex), vertex, b), a, c)
+        value = _gaps(lines, pairs, level(vertex)[None])[0] * side
+        better = value < mid
+        # The better of the two is the new middle, and the other one a new end.
+        inner, worse = xp.where(better, vertex, b), xp.where(better, b, vertex)
+        kept, lost = xp.where(better, value, mid), xp.where(better, mid, value)
+        left = worse < inner
+        angles = [xp.where(left, worse, a), inner, xp.where(left, c, worse)]
+        values = [xp.where(left, lost, low), kept, xp.where(left, high, lost)]
+    return stacked([level(angle) for angle in angles]), stacked(values) * side
+
+
+def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
+    """Parameters (2, Q) at which the pairs meet, each between its two heights."""
+    pairs, height, gap = changes
+    xp = namespace(gap)
+    first = height[0] + (height[1] - height[0]) * gap[0] / (gap[0] - gap[1])
+    t = lines.at(pairs.reshape(-1), xp.concatenate([first, first]))[0].reshape(2, -1)
+    x, y = ([take(side, pair) for pair in pairs] for side in (lines.x, lines.y))
+    slack = resolution + 1e-9 * (height[1] - height[0])
+    for rounds in range(NEWTON + 1):
+        dx = evaluate(x[1], t[1]) - evaluate(x[0], t[0])
+        up = evaluate(y[0], t[0])
+        dy = evaluate(y[1], t[1]) - up
+        met = (
+            (abs(dx) + abs(dy) <= resolution)
+            & (up >= height[0] - slack)
+            & (up <= height[1] + slack)
+        )
+        if rounds == NEWTON or met.all():
+            break
+        vx, vy = ([evaluate_slope(c[i], t[i]) for i in (0, 1)] for c in (x, y))
+        across = vx[0] * vy[1] - vy[0] * vx[1]
+        step = stacked([dx * vy[1] - dy * vx[1], dx * vy[0] - dy * vx[0]]) / across
+        t = t + xp.where(xp.isfinite(step), step, 0.0)
+    rest = where_true(~met)
+    if len(rest):
+        t[:, rest] = _bisect(lines, *(take(values, rest) for values in changes))
+    return t
+
+
+def _bisect(lines: Climbers, pairs: Any, height: Any, gap: Any) -> Any:
+    """As :func:`_meet`, by halving."""
+    xp = namespace(gap)
+    low, high = height
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        below = _gaps(lines, pairs, middle[None])[0] * gap[0] > 0
+        low, high = xp.where(below, middle, low), xp.where(below, high, middle)
+    middle = xp.concatenate([low + high] * 2) / 2
+    return lines.at(pairs.reshape(-1), middle)[0].reshape(2, -1)
