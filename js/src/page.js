@@ -2,11 +2,13 @@
 
 export const STATE = "application/vnd.vfwidget+json";
 
-/** A model with nobody at the other end: it keeps what it is given, and has no `send`. */
+/** Stands in for the kernel: keeps the traits, and accepts the drags as the view has solved them. */
 export class Model {
   /** @param {Record<string, any>} state */
   constructor(state) {
     this.state = state;
+    /** @type {Map<string, Set<(value: any) => void>>} */
+    this.listeners = new Map();
   }
 
   /** @param {string} name */
@@ -20,8 +22,22 @@ export class Model {
   }
 
   save_changes() {}
-  on() {}
-  off() {}
+
+  /** @param {string} event @param {(value: any) => void} listener */
+  on(event, listener) {
+    this.listeners.set(event, (this.listeners.get(event) ?? new Set()).add(listener));
+  }
+
+  /** @param {string} event @param {(value: any) => void} listener */
+  off(event, listener) {
+    this.listeners.get(event)?.delete(listener);
+  }
+
+  /** @param {any} message of a view */
+  send({ type, view, seq, axes }) {
+    this.state.axes = axes;
+    for (const listener of this.listeners.get("msg:custom") ?? []) listener({ type, view, seq, ok: true, axes });
+  }
 }
 
 /** Puts a view after each state of the page. @param {(context: {model: any, el: HTMLElement}) => unknown} render */

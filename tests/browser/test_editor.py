@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -66,6 +67,13 @@ class Screen:
 
     def outline(self, letter: int = 0) -> str:
         return str(self.root.locator(f"path.vfw-letter[data-letter='{letter}']").get_attribute("d"))
+
+    def points(self) -> list[float]:
+        """The numbers of every outline, in order."""
+        outlines = self.root.locator("path.vfw-letter").evaluate_all(
+            "paths => paths.flatMap(p => [p.getAttribute('d'), p.getAttribute('transform')])"
+        )
+        return [float(n) for outline in outlines for n in re.findall(r"-?[\d.]+", outline)]
 
     def status(self) -> str:
         return str(self.root.locator(".vfw-status").get_attribute("data-status"))
@@ -299,6 +307,53 @@ def test_python_moves_the_view(show: Any) -> None:
     assert screen.root.locator(".vfw-pin").count() == 1
 
 
+def test_a_drag_is_drawn_while_the_kernel_is_busy_and_the_kernel_agrees_after(show: Any) -> None:
+    screen = show()
+    text = vf.Text("roboto-flex", "no")
+    handle = text.nearest(1500, 1080)
+    start = text.position(handle).tolist()
+    goal = text.at(axes={"wght": 640, "XTRA": 520, "YTLC": 540}).position(handle).tolist()
+    page = screen.page
+    page.mouse.move(*screen.client(start))
+    page.mouse.down()
+    page.evaluate(
+        """() => { window.jupyterapp.shell.currentWidget.context.sessionContext.session.kernel
+               .requestExecute({code: 'import time; time.sleep(2)'}) }"""
+    )
+    before = screen.outline()
+    x, y = screen.client(goal)
+    page.mouse.move(x, y, steps=10)
+    page.wait_for_timeout(100)
+    dragged = screen.outline()
+    box = screen.root.locator("circle.vfw-handle").bounding_box()
+    assert dragged != before
+    assert abs(box["x"] + box["width"] / 2 - x) < 1 and abs(box["y"] + box["height"] / 2 - y) < 1
+    page.mouse.up()
+    predicted = screen.points()
+    screen.settle()
+    page.wait_for_timeout(500)
+    pixel = screen.client([1, 0])[0] - screen.client([0, 0])[0]
+    moved = [abs(a - b) * pixel for a, b in zip(predicted, screen.points(), strict=True)]
+    assert max(moved) < 1
+    axes = screen.report()["axes"]
+    assert text.at(axes=axes).position(handle).tolist() == pytest.approx(goal, abs=2 / pixel)
+
+
+def test_a_drag_ends_where_one_solve_ends(show: Any) -> None:
+    screen = show()
+    text = vf.Text("roboto-flex", "no")
+    handle = text.nearest(1500, 1080)
+    start = text.position(handle).tolist()
+    goal = [start[0] + 60, start[1] + 90]
+    screen.drag(start, goal, steps=30)
+    found = screen.report()["axes"]
+    pull = (0.001 * text.font.units_per_em) ** 2
+    once = vf.solve(text, [vf.Target(handle, goal), vf.StayClose(pull)], max_iterations=200).axes
+    for axis in text.font.axes:
+        # The pointer is on whole pixels.
+        assert abs(found[axis.tag] - once[axis.tag]) < 0.02 * (axis.maximum - axis.minimum)
+
+
 @pytest.mark.slow
 def test_a_dead_kernel_is_shown_and_sliders_still_draw(show: Any) -> None:
     screen = show()
@@ -309,8 +364,11 @@ def test_a_dead_kernel_is_shown_and_sliders_still_draw(show: Any) -> None:
                    return s.session.kernel.requestExecute({code: 'import os, signal; '
                      + 'os.kill(os.getpid(), signal.SIGSTOP)'}) && null }"""
     )
+    before = screen.outline()
     screen.drag(start, [start[0], start[1] + 30])
     assert screen.status() == "silent"
+    # The view draws the drag by itself.
+    assert screen.outline() != before
     before = screen.outline()
     slider = screen.root.locator("input[type=range][data-tag=wght]")
     slider.focus()

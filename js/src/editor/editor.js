@@ -5,23 +5,16 @@ import { Drawing } from "../view/drawing.js";
 import { Gestures } from "./gestures.js";
 import { Channel } from "./channel.js";
 import { Marks } from "./marks.js";
+import { BUSY, HINT, KEYS, placeInWords, UNSENT } from "./messages.js";
 import { Session, TRAITS } from "./session.js";
-
-const HINT = "Drag the outline to change the font. Click it to pin a point.";
-const KEYS = "Page Down chooses a point, arrow keys move it, Enter pins it.";
-const HINT_ALONE = "Move the sliders to change the font. Dragging the outline needs a kernel.";
-const SILENT = "The kernel is not answering.";
-/** What an answer means when it brings no words of its own. @type {Record<string, string>} */
-const MEANING = { converged: "Reached.", unreachable: "The font cannot reach that point.", running: "Solving …" };
 
 /** Milliseconds: stillness before the window moves, and the time that traits get to catch up with the view. */
 const CALM = 500, CATCH_UP = 300;
 
 export class Editor {
-  /** @param {any} model anywidget's; without a `send` there is nobody to solve, and sliders are all there is */
+  /** @param {any} model anywidget's, or that of a page without a kernel */
   constructor(model) {
     this.model = model;
-    this.alone = model.send === undefined;
     const view = Math.random().toString(36).slice(2, 12);
     this.ending = new AbortController();
     this.frame = this.calm = this.catchUp = 0;
@@ -36,15 +29,15 @@ export class Editor {
       view,
       send: (message) => model.send(message),
       onAnswer: (answer, sent) => this.answered(answer, sent),
-      onSilence: (sent, error) => this.silence(error),
+      onSilence: (sent, error) => this.silence(sent, error),
       onIdle: () => this.idle(),
     });
     this.marks = new Marks(this.drawing.overlay);
     this.gestures = new Gestures({
       drawing: this.drawing, session: this.session, channel: this.channel, changed,
+      predicted: (place) => this.say(place.met ? "converged" : "unreachable", placeInWords(place, this.session)),
       guard: (handler) => this.guard(handler),
-      // Nothing listens that was aborted beforehand.
-      signal: this.alone ? AbortSignal.abort() : this.ending.signal,
+      signal: this.ending.signal,
     });
     const act = (/** @type {(...values: any[]) => void} */ action) => this.guard((...values) => {
       this.say("idle", "");
@@ -57,14 +50,12 @@ export class Editor {
       share: act((shared) => this.session.setShared(shared)),
       select: act((letter) => this.session.select(letter)),
     }, `vfw-${view}`);
-    this.controls.unpin.hidden = this.alone;
     this.family = html("div", { class: "vfw-family" });
     this.line = html("div", { class: "vfw-status", role: "status", "aria-live": "polite" });
     this.root = html("div", { class: "vfwidget vfwidget-editor" },
       html("div", { class: "vfw-stage" }, this.family, this.drawing.svg),
       html("div", { class: "vfw-bar" }, this.line, this.controls.bar), this.controls.element);
-    const stance = this.alone ? { role: "img" } : { tabindex: 0, role: "application", "data-lm-suppress-shortcuts": "true" };
-    for (const [name, value] of Object.entries(stance)) {
+    for (const [name, value] of Object.entries({ tabindex: 0, role: "application", "data-lm-suppress-shortcuts": "true" })) {
       this.drawing.svg.setAttribute(name, String(value));
     }
 
@@ -136,7 +127,7 @@ export class Editor {
       drawing.setWord(word, session.axes);
       controls.setWord(word);
       this.family.textContent = word.family;
-      drawing.svg.setAttribute("aria-label", `${word.string} in ${word.family}. ${this.alone ? "" : `${HINT} ${KEYS}`}`);
+      drawing.svg.setAttribute("aria-label", `${word.string} in ${word.family}. ${HINT} ${KEYS}`);
     }
     if (this.drawn !== session.version) {
       this.drawn = session.version;
@@ -181,7 +172,7 @@ export class Editor {
       : problems.size > 0 ? { kind: "error", text: [...problems.values()].join("\n") }
         : this.status;
     this.line.setAttribute("data-status", kind);
-    const words = text || (this.alone ? HINT_ALONE : HINT);
+    const words = text || HINT;
     if (this.line.textContent !== words) this.line.textContent = words;
   }
 
@@ -202,26 +193,27 @@ export class Editor {
   answered(answer, sent) {
     if (!answer.ok) {
       this.session.expire("axes");
-      return this.say("error", String(answer.error || "The kernel could not follow."));
+      return this.say("error", String(answer.error || "The kernel could not compute this drag."));
     }
     try {
-      if (!this.session.take(answer.axes)) return this.say("idle", "");
+      if (!this.gestures.follow(answer.axes, sent) || !this.session.take(answer.axes)) return;
     } catch (error) {
       this.session.expire("axes");
-      return this.say("error", `The kernel's answer is malformed: ${/** @type {Error} */ (error).message}`);
+      return this.say("error", `The kernel sent a malformed answer: ${/** @type {Error} */ (error).message}`);
     }
     this.drawing.layout?.evaluate(this.session.axes);
     this.gestures.judge(sent);
     this.request();
+    // The view has said at once what it predicted; where the answer agrees, the words stay.
     const kind = String(answer.status || "converged");
-    this.say(kind, String(answer.message || MEANING[kind] || kind));
+    if (kind !== this.status.kind) this.say(kind, String(answer.message || ""));
   }
 
-  /** @private @param {unknown} error */
-  silence(error) {
-    if (!this.gestures.grab) this.session.expire("axes");
-    this.gestures.judge(null);
-    this.say("silent", error ? `${SILENT} ${/** @type {Error} */ (error).message ?? error}` : SILENT);
+  /** @private @param {import("./channel.js").Message} sent @param {unknown} error why it could not be sent, if so */
+  silence(sent, error) {
+    // What the view has computed by itself stays, and goes to the kernel as any other change.
+    if (sent.phase === "up") this.session.write({ axes: this.session.axes });
+    this.say("silent", error ? UNSENT : BUSY);
   }
 
   /** Nothing is asked any more: what waited can be written. @private */

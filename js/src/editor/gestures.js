@@ -1,11 +1,17 @@
-/** Pointer and keyboard on the outline: hover, drag, click to pin, arrow keys. Speaks only to the channel. */
+/**
+ * Pointer and keyboard on the outline: hover, drag, click to pin, arrow keys. A drag is solved here at once and
+ * sent to the kernel, whose answer has the last word.
+ */
+import { Drag, PATIENCE } from "../solver/drag.js";
 import { nearest } from "../word/cubics.js";
 
 /**
  * @typedef {import("../word/forward.js").Handle} Handle
  * @typedef {{handle: Handle, by: "pointer" | "keys", id: number, start: [number, number],
  *   offset: [number, number], origin: [number, number], target: [number, number], before: any,
- *   open: boolean, stuck: boolean}} Grab  `open`: past the click threshold, so the kernel knows of it
+ *   drag: Drag | null, follows: boolean, stuck: boolean}} Grab
+ *   `drag`: null up to the click threshold; `follows`: the kernel solves for more than the view knows, so the view
+ *   shows the kernel's answers and no predictions
  */
 
 /** Pixels: how far the outline attracts, how far a pin does, and how far a click may wander. */
@@ -22,14 +28,16 @@ export class Gestures {
    * @param {import("../view/drawing.js").Drawing} parts.drawing
    * @param {import("./session.js").Session} parts.session
    * @param {import("./channel.js").Channel} parts.channel
+   * @param {(place: import("../solver/drag.js").Place) => void} parts.predicted hears of each prediction that is shown
    * @param {() => void} parts.changed asks for a frame
    * @param {(handler: (event: any) => void) => (event: any) => void} parts.guard
    * @param {AbortSignal} parts.signal removes the listeners
    */
-  constructor({ drawing, session, channel, changed, guard, signal }) {
+  constructor({ drawing, session, channel, predicted, changed, guard, signal }) {
     this.drawing = drawing;
     this.session = session;
     this.channel = channel;
+    this.predicted = predicted;
     this.changed = changed;
     /** @type {{handle: Handle, pin: number} | null} */
     this.hover = null;
@@ -105,7 +113,7 @@ export class Gestures {
     this.grab = {
       handle: found.handle, by: "pointer", id: event.pointerId, start: [at[0], at[1]],
       offset: [origin[0] - x, origin[1] - y], origin, target: origin, before: this.session.axes,
-      open: false, stuck: false,
+      drag: null, follows: false, stuck: false,
     };
     this.last = found.handle;
     this.drawing.svg.setPointerCapture(event.pointerId);
@@ -117,7 +125,7 @@ export class Gestures {
     if (event.pointerType !== "touch" || grab) this.pointer = [event.clientX, event.clientY];
     if (grab?.by !== "pointer" || grab.id !== event.pointerId) return;
     const away = Math.hypot(event.clientX - grab.start[0], event.clientY - grab.start[1]);
-    if (!grab.open && away < CLICK) return;
+    if (!grab.drag && away < CLICK) return;
     const { x, y } = this.drawing.toFont(event.clientX, event.clientY);
     if (!Number.isFinite(x)) return;
     this.open(grab);
@@ -132,7 +140,7 @@ export class Gestures {
     this.move(event);
     this.grab = null;
     if (event.pointerType === "touch") this.pointer = null;
-    if (grab.open) this.say(grab, "up", grab.target);
+    if (grab.drag) this.say(grab, "up", grab.target);
     else this.togglePin(grab.handle);
   }
 
@@ -141,16 +149,16 @@ export class Gestures {
     const { grab } = this;
     if (grab?.by !== "pointer" || grab.id !== event.pointerId) return;
     this.grab = null;
-    if (grab.open) this.say(grab, "up", grab.target);
+    if (grab.drag) this.say(grab, "up", grab.target);
   }
 
-  /** Back to before the drag: the kernel is told of its end, then given the old axes. */
+  /** Back to before the drag: the kernel hears of its end, and then of the axes from before. */
   cancel() {
     const { grab } = this;
     if (grab === null) return false;
     this.grab = null;
-    if (!grab.open) return true;
-    this.say(grab, "up", grab.origin);
+    if (!grab.drag) return true;
+    this.channel.push({ phase: "up", handle: [...grab.handle], x: grab.origin[0], y: grab.origin[1], axes: grab.before });
     this.session.write({ axes: grab.before });
     return true;
   }
@@ -184,7 +192,7 @@ export class Gestures {
       const origin = layout.position(this.last);
       this.grab = {
         handle: this.last, by: "keys", id: -1, start: [0, 0], offset: [0, 0], origin, target: origin,
-        before: this.session.axes, open: false, stuck: false,
+        before: this.session.axes, drag: null, follows: false, stuck: false,
       };
     }
     const { grab } = this, { pixel } = this.drawing;
@@ -223,24 +231,46 @@ export class Gestures {
 
   /** @private @param {Grab} grab */
   open(grab) {
-    if (grab.open) return;
-    grab.open = true;
+    if (grab.drag) return;
+    const { session, drawing } = this, { layout } = drawing;
+    if (layout === null) return;
+    grab.before = session.axes;
+    const pins = session.pins.filter((pin) => layout.has(pin) && !same(pin, grab.handle));
+    grab.drag = new Drag(layout.word, grab.before, { handle: grab.handle, pins });
     this.say(grab, "down", grab.origin);
   }
 
-  /** @private @param {Grab} grab @param {"down" | "move" | "up"} phase @param {[number, number]} at */
-  say(grab, phase, [x, y]) {
-    this.channel.push({ phase, handle: [...grab.handle], x, y });
+  /** Shows where a drag leads, and tells the kernel. @private @param {Grab} grab @param {"down" | "move" | "up"} phase @param {[number, number]} at */
+  say(grab, phase, at) {
+    if (!grab.drag) return;
+    const { session, channel } = this;
+    if (phase !== "down" && !grab.follows) {
+      const place = grab.drag.to(at, phase === "move" ? PATIENCE : Infinity);
+      session.predict(place.axes);
+      grab.stuck = place.missing > CLICK * this.drawing.pixel;
+      this.predicted(place);
+    }
+    channel.push({ phase, handle: [...grab.handle], x: at[0], y: at[1], axes: session.axes });
   }
 
   /**
-   * After an answer or in its stead: does the outline lag for a better reason than the time it took?
-   * @param {{x: number, y: number} | null} asked the place that was answered, null for silence
+   * Where the kernel's answer differs from what was predicted for the same place, it knows more: for the rest of this
+   * drag the view follows its answers.
+   * @param {any} axes the answer @param {import("./channel.js").Message} sent
+   * @returns {boolean} whether the answer is to be shown
    */
-  judge(asked) {
+  follow(axes, sent) {
+    const { grab, drawing } = this;
+    if (!grab) return !this.channel.busy;
+    grab.follows ||= drawing.distance(axes, sent.axes) > drawing.pixel;
+    return grab.follows;
+  }
+
+  /** After an answer that is shown: does the outline lag for a better reason than the time it took? @param {{x: number, y: number}} asked */
+  judge({ x, y }) {
     const { grab } = this, { layout, pixel } = this.drawing;
-    if (!grab?.open || layout === null) return;
-    const [x, y] = layout.position(grab.handle);
-    grab.stuck = Math.hypot(x - (asked?.x ?? grab.target[0]), y - (asked?.y ?? grab.target[1])) > CLICK * pixel;
+    if (!grab?.follows || layout === null) return;
+    const [px, py] = layout.position(grab.handle);
+    grab.stuck = Math.hypot(px - x, py - y) > CLICK * pixel;
   }
 }

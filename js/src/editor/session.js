@@ -106,6 +106,13 @@ export class Session {
     return true;
   }
 
+  /** Shows axes that a drag predicts; the kernel is told of them by the drag itself. @param {Values | Values[]} axes */
+  predict(axes) {
+    this.axes = axes;
+    this.version++;
+    this.changed();
+  }
+
   /** Shows a change at once and keeps it for `flush`. @param {{axes?: any, shared?: boolean, _pins?: Handle[]}} patch */
   write(patch) {
     Object.assign(this.waiting, patch);

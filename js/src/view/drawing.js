@@ -71,6 +71,23 @@ export class Drawing {
     }
   }
 
+  /**
+   * The greatest distance between the control points of the word at two places, in font units.
+   * @param {any} axes @param {any} others
+   */
+  distance(axes, others) {
+    if (this.layout === null) return 0;
+    const { word } = this.layout, a = new Layout(word).evaluate(axes), b = new Layout(word).evaluate(others);
+    let most = 0;
+    a.points.forEach((points, letter) => {
+      const x = a.x[letter] - b.x[letter], y = a.y[letter] - b.y[letter], twin = b.points[letter];
+      for (let i = 0; i < points.length; i += 2) {
+        most = Math.max(most, Math.hypot(points[i] - twin[i] + x, points[i + 1] - twin[i + 1] + y));
+      }
+    });
+    return most;
+  }
+
   /** @param {Box} box */
   show(box) {
     this.window = box;

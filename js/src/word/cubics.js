@@ -3,6 +3,12 @@
 /** Coarse samples a segment: enough that every local minimum of the distance shows between two. */
 const SAMPLES = 12;
 
+/** The weights of a cubic's four control points. @param {number} t */
+export function bernstein(t) {
+  const u = 1 - t;
+  return [u * u * u, 3 * u * u * t, 3 * u * t * t, t * t * t];
+}
+
 /** One coordinate of a cubic. @param {number} a @param {number} b @param {number} c @param {number} d @param {number} t */
 export function cubic(a, b, c, d, t) {
   const u = 1 - t;

@@ -38,6 +38,28 @@ export function normalize(axis, user) {
 }
 
 /**
+ * A normalized coordinate to a user value, the inverse of `normalize`. Where the segment map is flat, several
+ * user values share one coordinate; the one nearest to the default is given.
+ * @param {Pick<Axis, "minimum" | "default" | "maximum" | "map">} axis @param {number} w
+ */
+export function denormalize(axis, w) {
+  const { minimum, default: normal, maximum } = axis;
+  const home = normalize(axis, normal);
+  if (w === home) return normal;
+  const end = w > home ? maximum : minimum;
+  const rises = Math.sign(w - home);
+  // The corners of the map between the default and that end, from the default outwards.
+  const corners = [normal, ...axis.map.map(([from]) => normal + Math.abs(from) * (end - normal))
+    .filter((_, i) => Math.sign(axis.map[i][0]) === Math.sign(end - normal)), end]
+    .sort((a, b) => Math.sign(end - normal) * (a - b));
+  for (let i = 1; i < corners.length; i++) {
+    const near = normalize(axis, corners[i - 1]), far = normalize(axis, corners[i]);
+    if (rises * (far - w) >= 0 && far !== near) return corners[i - 1] + ((w - near) / (far - near)) * (corners[i] - corners[i - 1]);
+  }
+  return end;
+}
+
+/**
  * Keeps of each support what can differ from 1: OpenType makes an axis neutral where its peak is 0,
  * where start, peak, end are out of order, and where they straddle 0.
  * @param {ArrayLike<number>} data regions × axes × (start, peak, end)
@@ -68,6 +90,13 @@ export function compile(data, count, n) {
 /** Within this of its peak a scalar is 1, even where the peak is also the start or the end. */
 const ON_PEAK = 1e-9;
 
+/** φ(v), the height of one support. @param {number} v @param {number} start @param {number} peak @param {number} end */
+function height(v, start, peak, end) {
+  if (Math.abs(v - peak) <= ON_PEAK) return 1;
+  if (v <= start || v >= end) return 0;
+  return v < peak ? (v - start) / (peak - start) : (end - v) / (end - peak);
+}
+
 /**
  * γ(w), Eq. 2: how much of each delta set applies.
  * @param {Regions} regions @param {ArrayLike<number>} w normalized @param {Float64Array} out count
@@ -76,19 +105,34 @@ export function scalars(regions, w, out) {
   const { count, first, axis, start, peak, end } = regions;
   for (let j = 0; j < count; j++) {
     let product = 1;
-    for (let i = first[j]; i < first[j + 1] && product !== 0; i++) {
-      const v = w[axis[i]], s = start[i], p = peak[i], e = end[i];
-      if (Math.abs(v - p) <= ON_PEAK) continue;
-      if (v <= s || v >= e) product = 0;
-      else product *= v < p ? (v - s) / (p - s) : (e - v) / (e - p);
-    }
+    for (let i = first[j]; i < first[j + 1] && product !== 0; i++) product *= height(w[axis[i]], start[i], peak[i], end[i]);
     out[j] = product;
   }
   return out;
 }
 
+/**
+ * The derivative of γ(w), one number for each entry of the supports: entry i of region j holds ∂γ_j by
+ * axis[i]. At a kink it is the derivative from the right.
+ * @param {Regions} regions @param {ArrayLike<number>} w normalized @param {Float64Array} out as many as entries
+ */
+export function slopes(regions, w, out) {
+  const { count, first, axis, start, peak, end } = regions;
+  for (let j = 0; j < count; j++) {
+    for (let i = first[j]; i < first[j + 1]; i++) {
+      const v = w[axis[i]];
+      let product = v < start[i] || v >= end[i] ? 0 : v < peak[i] ? 1 / (peak[i] - start[i]) : -1 / (end[i] - peak[i]);
+      for (let k = first[j]; k < first[j + 1] && product !== 0; k++) {
+        if (k !== i) product *= height(w[axis[k]], start[k], peak[k], end[k]);
+      }
+      out[i] = product;
+    }
+  }
+  return out;
+}
+
 /** A word's normalized coordinates. @param {Word} word @param {Record<string, number>} axes user values @param {Float64Array} w */
-function coordinates(word, axes, w) {
+export function coordinates(word, axes, w) {
   for (let i = 0; i < w.length; i++) w[i] = normalize(word.axes[i], axes[word.axes[i].tag] ?? word.axes[i].default);
   return w;
 }
