@@ -20,6 +20,7 @@ from .errors import (
     VFWidgetError,
 )
 from .font import Axis, Font, Glyph, NamedInstance, bundled_fonts, load_font
+from .limits import limits
 from .solver import least_squares
 from .text import Text
 from .text.word import Handle
@@ -72,6 +73,7 @@ __all__ = [
     "Width",
     "bundled_fonts",
     "least_squares",
+    "limits",
     "load_font",
     "match",
     "plot",

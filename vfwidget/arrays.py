@@ -6,6 +6,7 @@ says which of the two an array belongs to. torch loads on first use.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from types import ModuleType
@@ -25,6 +26,21 @@ BoolArray: TypeAlias = npt.NDArray[np.bool_]
 """A numpy mask."""
 ArrayLike: TypeAlias = "npt.ArrayLike | torch.Tensor"
 """Anything a caller may pass for numbers: lists, arrays, tensors."""
+
+
+def _use_one_thread_after_fork() -> None:
+    """Let torch compute in one thread in a forked process.
+
+    Threads do not survive a fork. If torch has used several in the parent process, it would wait
+    for them in the child for ever. torch's own data loader takes the same measure.
+    """
+    torch = sys.modules.get("torch")
+    if torch is not None:
+        torch.set_num_threads(1)
+
+
+if hasattr(os, "register_at_fork"):  # not on Windows
+    os.register_at_fork(after_in_child=_use_one_thread_after_fork)
 
 
 def is_tensor(value: Any) -> bool:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +15,6 @@ from PIL import Image
 
 import vfwidget as vf
 from vfwidget.matching.images import (
-    MOST_PIXELS,
     basis,
     noise_variance,
     part,
@@ -71,6 +73,7 @@ ARRAYS = {
     "not contiguous": lambda grey: np.asfortranarray(np.repeat(grey, 2, 1))[:, ::2],
     "read-only": lambda grey: np.broadcast_to(grey, grey.shape),
     "tensor": lambda grey: torch.from_numpy(grey.copy()),
+    "tensor of float32": lambda grey: torch.from_numpy(grey.astype(np.float32)),
     "tensor of bytes": lambda grey: torch.from_numpy(to_bytes(grey)),
     "tensor with gradient": lambda grey: torch.tensor(grey, requires_grad=True),
     "list": lambda grey: grey.tolist(),
@@ -173,6 +176,11 @@ BAD = {
     "no pixels of PIL": (lambda: Image.new("L", (0, 3)), "An image of 3 × 0 has no pixels"),
     "few pixels": (np.eye(5), r"Letters cannot be told in a picture of \(5, 5\) pixels"),
     "a line": (np.eye(1, 90), "Letters cannot be told in a picture"),
+    "a narrow strip": (np.eye(6, 300), "too narrow: it has 6 × 300 pixels"),
+    "a billion channels": (np.broadcast_to(0.5, (100, 100, 10**9)), r"not \(100, 100, 1000000000"),
+    "a tensor without data": (torch.empty(8, 8, device="meta"), "on device meta cannot be read"),
+    "a sparse tensor": (torch.eye(8).to_sparse(), "layout torch.sparse_coo"),
+    "a complex tensor": (torch.eye(8) * 1j, "An image holds numbers, not complex64"),
     "white": (flat(1.0), "The image is uniform: there is no ink in it"),
     "black": (flat(0, (32, 40)).astype(np.uint8), "The image is uniform"),
     "grey": (flat(0.5), "The image is uniform"),
@@ -186,11 +194,11 @@ BAD = {
     "negative": (np.eye(32) - 1, "run from -1 to 0"),
     "PIL I beyond 16 bits": (
         lambda: Image.fromarray(np.eye(32, dtype=np.int32) * 70000),
-        "of 16 bits: 0 … 65,535",
+        "have 16 bits: 0 … 65,535",
     ),
     "PIL I below 0": (
         lambda: Image.fromarray(-np.eye(32, dtype=np.int32)),
-        "of 16 bits: 0 … 65,535",
+        "have 16 bits: 0 … 65,535",
     ),
     "no array": (None, r"An image is \(H, W\) or \(H, W, 3 or 4\), not \(\)"),
     "a number": (0.5, r"not \(\)"),
@@ -203,14 +211,14 @@ BAD = {
     "objects": (np.full((8, 8), None), "An image holds numbers, not object"),
     "100 megapixels": (
         np.broadcast_to(np.uint8(7), (10_000, 10_000)),
-        f"An image of 10000 × 10000 is larger than the limit of {MOST_PIXELS:,} pixels",
+        f"An image of 10000 × 10000 is larger than the limit of {vf.limits.image_pixels:,} pixels",
     ),
     "100 megapixels in colour": (
         np.broadcast_to(np.uint8(7), (10_000, 10_000, 3)),
         "larger than the limit",
     ),
     "100 megapixels of PIL": (lambda: Image.new("1", (10_000, 10_000)), "larger than the limit"),
-    "a wide one": (np.broadcast_to(0.5, (1, MOST_PIXELS + 1)), "larger than the limit"),
+    "a wide one": (np.broadcast_to(0.5, (1, vf.limits.image_pixels + 1)), "larger than the limit"),
 }
 
 
@@ -253,6 +261,64 @@ def test_a_file_that_is_no_image(name, message, tmp_path):
     path = make_file(tmp_path, name)
     with pytest.raises(vf.ImageError, match=message):
         vf.match(path, "R", "recursive", progress=False)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
+def test_a_pipe_or_a_device_is_not_opened(tmp_path):
+    os.mkfifo(tmp_path / "pipe.png")
+    for path in (tmp_path / "pipe.png", Path("/dev/zero")):
+        with pytest.raises(vf.ImageError, match="it is not a regular file"):
+            read_image(path)
+
+
+def test_bfloat16_is_read(coverage):
+    grey = torch.tensor(1 - coverage).bfloat16()
+    assert read_image(grey) == pytest.approx(1 - coverage, abs=2**-8)
+
+
+def test_any_exception_of_a_decoder_becomes_an_image_error(tmp_path, monkeypatch):
+    path = make_file(tmp_path, "plain.png")
+
+    def fail(self):
+        raise IndexError("index out of range")
+
+    monkeypatch.setattr("PIL.ImageFile.ImageFile.load", fail)
+    with pytest.raises(vf.ImageError, match=r"plain\.png cannot be read .*out of range"):
+        read_image(path)
+
+
+def test_a_larger_image_is_read_if_the_limit_is_raised(monkeypatch):
+    monkeypatch.setattr(vf.limits, "image_pixels", 63)
+    with pytest.raises(vf.ImageError, match=r"raise vfwidget\.limits\.image_pixels"):
+        read_image(np.eye(8))
+    monkeypatch.setattr(vf.limits, "image_pixels", 64)
+    assert read_image(np.eye(8)).shape == (8, 8)
+    with pytest.raises(AttributeError):
+        vf.limits.image_pixel = 65
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", ["array", "PIL", "file"])
+def test_the_largest_image_needs_less_than_a_gibibyte_to_read(form, tmp_path):
+    code = """
+import resource, sys
+import numpy as np
+from PIL import Image
+from vfwidget.matching.images import read_image
+side, form, path = 8192, sys.argv[1], sys.argv[2]
+image = Image.new("RGBA", (side, side), (9, 8, 7, 255)) if form != "array" else None
+if form == "array":
+    image = np.broadcast_to(np.array([9, 8, 7, 255], np.uint8), (side, side, 4))
+if form == "file":
+    image.save(path)
+    image = path
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+assert read_image(image).shape == (side, side)
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 2**20)
+"""
+    command = [sys.executable, "-c", code, form, str(tmp_path / "large.png")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert float(done.stdout) < 1
 
 
 def test_a_huge_file_is_refused_before_it_is_unpacked(tmp_path, monkeypatch):

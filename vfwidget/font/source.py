@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import struct
-import urllib.request
-from http.client import HTTPException
 from importlib import resources
 from pathlib import Path
 from typing import TypeAlias
@@ -14,13 +11,11 @@ from typing import TypeAlias
 from fontTools.ttLib import TTFont
 
 from ..errors import FontError
+from ..limits import limits
+from .download import SCHEMES, download
+from .unpack import check_unpacked_size
 
 FontSource: TypeAlias = "str | os.PathLike[str] | bytes | bytearray | memoryview | TTFont"
-
-MAX_FILE_BYTES = 64 * 2**20
-MAX_UNPACKED_BYTES = 256 * 2**20
-"""A WOFF2 file states its unpacked size; more than this is refused before unpacking."""
-URL_TIMEOUT_SECONDS = 30
 
 
 def bundled_fonts() -> tuple[str, ...]:
@@ -54,15 +49,12 @@ def open_font(source: FontSource) -> TTFont:
     if isinstance(source, TTFont):
         source = _saved(source)
     data = bytes(source) if isinstance(source, bytes | bytearray | memoryview) else _read(source)
-    if len(data) > MAX_FILE_BYTES:
-        raise FontError(f"The font file is larger than the limit of {MAX_FILE_BYTES} bytes.")
-    if data[:4] == b"wOF2" and len(data) >= 20:
-        (unpacked,) = struct.unpack(">I", data[16:20])
-        if unpacked > MAX_UNPACKED_BYTES:
-            raise FontError(
-                f"The WOFF2 file would unpack to {unpacked} bytes; the limit is "
-                f"{MAX_UNPACKED_BYTES}."
-            )
+    if len(data) > limits.font_file_bytes:
+        raise FontError(
+            f"The font file is larger than the limit of {limits.font_file_bytes} bytes. "
+            "If you trust the file, raise vfwidget.limits.font_file_bytes."
+        )
+    check_unpacked_size(data)
     try:
         # A damaged file can fail anywhere in the parser, with any exception.
         font = TTFont(io.BytesIO(data), fontNumber=0, lazy=True)
@@ -106,19 +98,15 @@ def _read(source: str | os.PathLike[str]) -> bytes:
         ) from None
     if name in bundled_fonts():
         return (resources.files("vfwidget") / "fonts" / f"{name}.woff2").read_bytes()
-    if name.startswith(("http://", "https://")):
-        try:
-            with urllib.request.urlopen(name, timeout=URL_TIMEOUT_SECONDS) as response:
-                return bytes(response.read(MAX_FILE_BYTES + 1))
-        except (OSError, ValueError, HTTPException) as error:
-            raise FontError(f"Could not download {name} ({reason(error)}).") from error
+    if name.startswith(SCHEMES):
+        return download(name)
     try:
         path = Path(name).expanduser()
         # A pipe or a device could go on for ever.
         if not path.is_file():
             raise FileNotFoundError(name)
         with path.open("rb") as file:
-            return file.read(MAX_FILE_BYTES + 1)
+            return file.read(limits.font_file_bytes + 1)
     except (OSError, ValueError, RuntimeError) as error:
         raise FontError(
             f"No bundled font and no readable file is called {name!r}. "

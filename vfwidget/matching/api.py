@@ -22,6 +22,8 @@ from .result import Match
 RESOLUTION = 512
 LEAST_SIDE = 6
 """Pixels of a picture in which letters could be told."""
+MOST_ASPECT = STAGES[0][0]
+"""Longer side over shorter side; a narrower picture has no row of pixels at the first stage."""
 EVEN, UNEVEN = 1, 6
 """Terms of the paper's brightness."""
 ITERATIONS = {"gauss-newton": 40, "adam": 100}
@@ -68,7 +70,8 @@ def match(
     fonts : sequence of those
         In place of ``font``: all are fitted, and the best is returned, with the others ranked.
     executor : concurrent.futures.Executor, optional
-        Where to fit several fonts: a process pool, or Dask's ``client.get_executor()``. The
+        Where to fit several fonts: a process pool with any start method, or Dask's
+        ``client.get_executor()``. The
         results are those of one process.
     shared : bool
         One axis vector for the word, or one for each letter.
@@ -127,6 +130,12 @@ def match(
     values = read_image(image)
     if min(values.shape) < LEAST_SIDE:
         raise ImageError(f"Letters cannot be told in a picture of {values.shape} pixels.")
+    if max(values.shape) > MOST_ASPECT * min(values.shape):
+        raise ImageError(
+            f"The image is too narrow: it has {values.shape[0]} × {values.shape[1]} pixels, and "
+            f"the longer side can be {MOST_ASPECT} times the shorter one at most. Crop it to a "
+            "part of the text."
+        )
     if isinstance(font, Sequence) and not isinstance(font, str | bytes | bytearray):
         font, fonts = None, font
     if isinstance(text, Text):

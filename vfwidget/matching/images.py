@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -14,14 +15,16 @@ from PIL import Image, ImageOps
 
 from ..arrays import Array, is_tensor
 from ..errors import ImageError
+from ..limits import limits
 
 if TYPE_CHECKING:
     import torch
 
 ImageSource: TypeAlias = "Array | torch.Tensor | Image.Image | str | os.PathLike[str]"
 
-MOST_PIXELS = 2**26
-"""Of an image that is read: 8,192 pixels square."""
+STRIP_PIXELS = 2**20
+"""Pixels that are converted at a time."""
+SHAPES = "An image is (H, W) or (H, W, 3 or 4)"
 LEAST_CONTRAST = 0.02
 """Of full range; less is no picture of letters."""
 LUMA = np.array([0.2126, 0.7152, 0.0722])
@@ -35,78 +38,117 @@ ROUNDS, MOST_INK = 12, 0.9
 
 
 def read_image(image: ImageSource) -> Array:
-    """An image as grey levels (H, W) in 0 … 1, 1 white.
+    """Read an image as grey levels (H, W) in 0 … 1, where 1 is white.
 
     Parameters
     ----------
     image : (H, W), (H, W, 3) or (H, W, 4) array or tensor, PIL image, or path
-        Floats are in 0 … 1; whole numbers fill their type's range. Colour becomes luminance, and
-        what is transparent becomes white.
+        Floats are in 0 … 1; unsigned integers fill the range of their type. Colour becomes
+        luminance, and transparent pixels become white.
 
     Raises
     ------
     ImageError
-        A file that is no image, no pixels or too many, NaN, values out of range, a wrong shape.
+        The file is not an image, the image has no pixels or more than ``limits.image_pixels``, a
+        value is NaN or out of range, or the shape is wrong.
     """
     if isinstance(image, str | os.PathLike):
-        image = _open(Path(image))
+        return _read_file(Path(image))
     if isinstance(image, Image.Image):
-        _check_size(image.height, image.width)
-        values = _of_pil(image)
-    else:
-        if is_tensor(image):
-            image = image.detach().cpu().numpy()  # type: ignore[union-attr]
-        values = _to_unit(image)
-    if values.ndim == 3 and values.shape[-1] in (2, 4):
-        values = values[..., :-1] * values[..., -1:] + 1 - values[..., -1:]
-    if values.ndim == 3 and values.shape[-1] in (1, 3):
-        values = values @ LUMA if values.shape[-1] == 3 else values[..., 0]
-    if values.ndim != 2:
-        raise ImageError(f"An image is (H, W) or (H, W, 3 or 4), not {values.shape}.")
-    return values
+        return _read_pil(image)
+    return _read_array(_from_tensor(image) if is_tensor(image) else image)
 
 
-def _open(path: Path) -> Image.Image:
+def _read_file(path: Path) -> Array:
     try:
+        # A pipe or a device may never end.
+        if path.exists() and not path.is_file():
+            raise OSError("it is not a regular file")
         with warnings.catch_warnings():
             # The size is checked here, against our own limit.
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(path) as image:
                 # Before the pixels are unpacked.
                 _check_size(image.height, image.width)
-                return ImageOps.exif_transpose(image)
+                return _read_pil(ImageOps.exif_transpose(image))
     except ImageError:
         raise
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+    except Exception as error:
+        # A damaged file can fail anywhere in the decoder, with any exception.
         raise ImageError(f"{path} cannot be read as an image ({error}).") from error
 
 
-def _of_pil(image: Image.Image) -> Array:
+def _read_pil(image: Image.Image) -> Array:
+    _check_size(image.height, image.width)
+    whole = image.mode.startswith("I")
+
+    def strip(top: int, bottom: int) -> Any:
+        part = image.crop((0, top, image.width, bottom))
+        values = np.asarray(part if whole or image.mode == "F" else part.convert("RGBA"))
+        if whole and (values.min() < 0 or values.max() > 0xFFFF):
+            raise ImageError("Integers of a PIL image have 16 bits: 0 … 65,535.")
+        return values.astype(np.uint16) if whole else values
+
     try:
-        values = np.asarray(image if image.mode.startswith(("I", "F")) else image.convert("RGBA"))
-    except (OSError, ValueError, SyntaxError) as error:
+        return _by_strips(strip, image.height, image.width)
+    except ImageError:
+        raise
+    except Exception as error:
         raise ImageError(f"The image is damaged or truncated ({error}).") from error
-    if image.mode.startswith("I"):
-        if values.min() < 0 or values.max() > 0xFFFF:
-            raise ImageError("Whole numbers of a PIL image are of 16 bits: 0 … 65,535.")
-        values = values.astype(np.uint16)
-    return _to_unit(values)
 
 
-def _to_unit(image: Any) -> Array:
+def _from_tensor(image: Any) -> Any:
+    try:
+        image = image.detach().cpu()
+        # numpy has no bfloat16.
+        return (image.double() if image.is_floating_point() else image).numpy()
+    except (TypeError, ValueError, RuntimeError, NotImplementedError) as error:
+        raise ImageError(
+            f"A tensor of type {image.dtype} and layout {image.layout} on device {image.device} "
+            "cannot be read as an image. Convert it to a dense tensor on the CPU."
+        ) from error
+
+
+def _read_array(image: Any) -> Array:
     try:
         values = np.asarray(image)
-    except ValueError as error:
-        raise ImageError(f"An image is (H, W) or (H, W, 3 or 4), not ragged ({error}).") from error
-    if values.ndim not in (2, 3):
-        raise ImageError(f"An image is (H, W) or (H, W, 3 or 4), not {values.shape}.")
+    except (TypeError, ValueError) as error:
+        raise ImageError(f"{SHAPES}, not ragged ({error}).") from error
+    if values.ndim not in (2, 3) or values.shape[2:] > (4,):
+        raise ImageError(f"{SHAPES}, not {values.shape}.")
     _check_size(*values.shape[:2])
+    return _by_strips(lambda top, bottom: values[top:bottom], *values.shape[:2])
+
+
+def _by_strips(strip: Callable[[int, int], Any], height: int, width: int) -> Array:
+    """Grey levels of an image that is converted a few rows at a time, because this saves memory.
+
+    ``strip(top, bottom)`` returns the values of some rows.
+    """
+    grey = np.empty((height, width))
+    rows = max(1, STRIP_PIXELS // width)
+    for top in range(0, height, rows):
+        bottom = min(top + rows, height)
+        grey[top:bottom] = _to_grey(_to_unit(strip(top, bottom)))
+    return grey
+
+
+def _to_grey(values: Array) -> Array:
+    """Grey levels (H, W) of values with up to four channels; what is transparent is white."""
+    if values.ndim == 3 and values.shape[-1] in (2, 4):
+        values = values[..., :-1] * values[..., -1:] + 1 - values[..., -1:]
+    if values.ndim == 3:
+        return values @ LUMA if values.shape[-1] == 3 else values[..., 0]
+    return values
+
+
+def _to_unit(values: Any) -> Array:
     if values.dtype == bool:
         return values.astype(np.float64)
     if np.issubdtype(values.dtype, np.unsignedinteger):
-        return values / float(np.iinfo(values.dtype).max)
+        return np.asarray(values / float(np.iinfo(values.dtype).max))
     try:
-        # Of complex numbers numpy would drop a part.
+        # numpy would drop the imaginary part of complex numbers.
         values = values.astype(np.float64, casting="same_kind")
     except (TypeError, ValueError):
         raise ImageError(f"An image holds numbers, not {values.dtype}.") from None
@@ -117,16 +159,17 @@ def _to_unit(image: Any) -> Array:
             f"Grey levels are floats in 0 … 1, or whole numbers of an unsigned type such as "
             f"uint8; these run from {values.min():.4g} to {values.max():.4g}."
         )
-    return values
+    return np.asarray(values)
 
 
 def _check_size(height: int, width: int) -> None:
     if height < 1 or width < 1:
         raise ImageError(f"An image of {height} × {width} has no pixels.")
-    if height * width > MOST_PIXELS:
+    if height * width > limits.image_pixels:
         raise ImageError(
-            f"An image of {height} × {width} is larger than the limit of {MOST_PIXELS:,} pixels: "
-            "make it smaller first."
+            f"An image of {height} × {width} is larger than the limit of "
+            f"{limits.image_pixels:,} pixels: make it smaller first, or raise "
+            "vfwidget.limits.image_pixels."
         )
 
 

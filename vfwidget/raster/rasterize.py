@@ -10,13 +10,12 @@ from torch import Tensor
 
 from ..arrays import ArrayLike, to_tensor
 from ..errors import ImageError
+from ..limits import limits
 from ..text import Text
 from .autograd import Coverage, check_contours, inner, outer
 from .coverage import fill
 
 BACKENDS = ("exact", "diffvg")
-MOST_PIXELS = 2**25
-"""Of one image: 5,800 pixels square."""
 MARGIN = 0.08
 """Share of the image that :func:`frame` leaves free at every side."""
 
@@ -154,8 +153,11 @@ def _check_size(size: tuple[int, int]) -> tuple[int, int]:
         raise ImageError(f"A size is (height, width) in whole pixels, not {size!r}.")
     if height < 1 or width < 1:
         raise ImageError(f"An image of {height} × {width} has no pixels.")
-    if height * width > MOST_PIXELS:
-        raise ImageError(f"An image of {height} × {width} has more than {MOST_PIXELS:,} pixels.")
+    if height * width > limits.raster_pixels:
+        raise ImageError(
+            f"An image of {height} × {width} has more than {limits.raster_pixels:,} pixels. "
+            "Draw it in parts, or raise vfwidget.limits.raster_pixels."
+        )
     return height, width
 
 

@@ -1,0 +1,30 @@
+"""Limits on untrusted input: files, downloads and images."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(slots=True)
+class Limits:
+    """Bounds on the memory and the time that one input can take.
+
+    A larger input raises an exception of the package before it is read or unpacked. To raise a
+    limit, assign a new value in the process that reads the input, for example
+    ``vf.limits.image_pixels = 2**28``.
+    """
+
+    font_file_bytes: int = 64 * 2**20
+    """Size of a font file. Large fonts for Chinese, Japanese and Korean have up to 50 MB."""
+    font_unpacked_bytes: int = 256 * 2**20
+    """Size of a WOFF or WOFF2 file after unpacking. Fonts shrink to about a quarter at best."""
+    download_seconds: float = 60.0
+    """Time of a whole download, whatever the server does. 64 MB arrive in time at 9 Mbit/s."""
+    image_pixels: int = 2**26
+    """Pixels of an image that is read, 8,192 × 8,192. Reading it takes about 0.8 GB of memory."""
+    raster_pixels: int = 2**25
+    """Pixels of a drawn image, 5,800 × 5,800. Drawing needs several arrays of this size."""
+
+
+limits = Limits()
+"""The limits of this process."""
