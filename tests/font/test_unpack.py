@@ -37,11 +37,22 @@ def base_128(number: int) -> bytes:
 
 
 @cache
+def brotli_zeros(size: int) -> bytes:
+    compressor = brotli.Compressor(quality=1)
+    pieces = [compressor.process(ZEROS) for _ in range(size // len(ZEROS))]
+    return b"".join(pieces) + compressor.finish()
+
+
+@cache
+def zlib_zeros(size: int) -> bytes:
+    compressor = zlib.compressobj(1)
+    pieces = [compressor.compress(ZEROS) for _ in range(size // len(ZEROS))]
+    return b"".join(pieces) + compressor.flush()
+
+
 def woff2_bomb(stated: int, unpacked: int = BOMB_BYTES) -> bytes:
     """A WOFF2 file of one table, which states one size and unpacks to another."""
-    compressor = brotli.Compressor(quality=1)
-    block = b"".join(compressor.process(ZEROS) for _ in range(unpacked // len(ZEROS)))
-    block += compressor.finish()
+    block = brotli_zeros(unpacked)
     directory = b"\0" + base_128(stated)  # "cmap", without a transform
     length = 48 + len(directory) + len(block)
     header = struct.pack(
@@ -50,16 +61,12 @@ def woff2_bomb(stated: int, unpacked: int = BOMB_BYTES) -> bytes:
     return header + directory + block
 
 
-@cache
 def woff_bomb(stated: int, unpacked: int = BOMB_BYTES) -> bytes:
     """A WOFF file of one table, which states one size and unpacks to another."""
-    compressor = zlib.compressobj(1)
-    block = b"".join(compressor.compress(ZEROS) for _ in range(unpacked // len(ZEROS)))
-    block += compressor.flush()
+    block = zlib_zeros(unpacked)
     entry = struct.pack(">4sLLLL", b"cmap", 64, len(block), stated, 0)
-    header = struct.pack(
-        ">4sLLHHLHHLLLLL", b"wOFF", 0x10000, 64 + len(block), 1, 0, stated, *[0] * 7
-    )
+    length = 64 + len(block)
+    header = struct.pack(">4sLLHHLHHLLLLL", b"wOFF", 0x10000, length, 1, 0, stated, *[0] * 7)
     return header + entry + block
 
 

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 
 ImageSource: TypeAlias = "Array | torch.Tensor | Image.Image | str | os.PathLike[str]"
 
+FORMATS = (
+    *("PNG", "JPEG", "JPEG2000", "GIF", "BMP", "TIFF", "WEBP", "AVIF", "PPM", "TGA"),
+    *("ICO", "PCX", "QOI", "DDS", "SGI"),
+)
+"""Formats of image files that are read. EPS is not, because Pillow runs Ghostscript to read it."""
 STRIP_PIXELS = 2**20
 """Pixels that are converted at a time."""
 SHAPES = "An image is (H, W) or (H, W, 3 or 4)"
@@ -67,7 +72,7 @@ def _read_file(path: Path) -> Array:
         with warnings.catch_warnings():
             # The size is checked here, against our own limit.
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(path) as image:
+            with Image.open(path, formats=FORMATS) as image:
                 # Before the pixels are unpacked.
                 _check_size(image.height, image.width)
                 return _read_pil(ImageOps.exif_transpose(image))

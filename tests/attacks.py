@@ -1,0 +1,314 @@
+"""Attacks on the package: damaged fonts and images, bombs, slow servers, malformed messages.
+
+``python -m tests.attacks`` runs all of them and prints the table of docs/security.md. Each attack
+runs in a process of its own, so that its memory can be measured.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import logging
+import multiprocessing
+import os
+import random
+import resource
+import tempfile
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import astuple, dataclass, field
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import torch
+from comm.base_comm import BaseComm
+from fontTools.ttLib import TTFont
+from PIL import Image
+
+import vfwidget as vf
+from tests import fonts
+from tests.font.test_unpack import BOMB_BYTES, woff2_bomb, woff_bomb
+from vfwidget.matching.images import FORMATS, read_image
+
+BUNDLED = ("dynapuff", "afacad-flux")
+SECONDS, GIBIBYTES = 2.0, 1.0
+"""What one input may take."""
+
+
+@dataclass
+class Outcome:
+    """What an attack came to: inputs by result, and the most that one input took."""
+
+    attack: str
+    tried: int = 0
+    refused: int = 0
+    read: int = 0
+    failures: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+    gibibytes: float = 0.0
+
+    def try_all(self, inputs: Iterable[Any], act: Callable[[Any], object]) -> Outcome:
+        """Act on each input, and count which exceptions it raises."""
+        started = _peak()
+        for given in inputs:
+            begun = time.process_time()
+            self.tried += 1
+            try:
+                act(given)
+                self.read += 1
+            except vf.VFWidgetError:
+                self.refused += 1
+            except Exception as error:
+                self.failures.append(repr(error)[:200])
+            self.seconds = max(self.seconds, time.process_time() - begun)
+        self.gibibytes = _peak() - started
+        return self
+
+    @property
+    def holds(self) -> bool:
+        """Whether every input was refused or read, in time and within the memory."""
+        return not self.failures and self.seconds <= SECONDS and self.gibibytes <= GIBIBYTES
+
+
+def _peak() -> float:
+    """The most memory that this process has used, in GiB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+
+
+def mutated(data: bytes, rng: random.Random) -> bytes:
+    """The bytes of a file with some changed, removed, repeated or cut off."""
+    changed = bytearray(data)
+    kind = rng.randrange(8)
+    if kind == 0:
+        return bytes(changed[: rng.randrange(len(changed))])
+    if kind == 1:
+        at, size = rng.randrange(len(changed)), rng.randrange(64)
+        del changed[at : at + size]
+    elif kind == 2:
+        at, size = rng.randrange(len(changed)), rng.randrange(64)
+        changed[at:at] = changed[at : at + size]
+    for _ in range(rng.choice([1, 1, 2, 8, 32])):
+        # Headers and directories matter most.
+        end = len(changed) if rng.random() < 0.5 else min(len(changed), 512)
+        at = rng.randrange(end)
+        changed[at] = rng.choice([0, 255, 127, 128, changed[at] ^ 1 << rng.randrange(8)])
+    return bytes(changed)
+
+
+def font_mutants(count: int) -> Outcome:
+    """Damaged files of each container, from fonts that use every feature of outlines."""
+    rng = random.Random(0)
+    seeds = [*map(_bundled, BUNDLED)]
+    for data in [*(make() for make in fonts.CASES.values()), *seeds]:
+        for flavor in (None, "woff", "woff2") if len(data) < 2**14 else (None, "woff"):
+            font, file = TTFont(io.BytesIO(data)), io.BytesIO()
+            font.flavor = flavor
+            font.save(file)
+            seeds.append(file.getvalue())
+
+    def act(data: bytes) -> None:
+        font = vf.load_font(data)
+        w = np.full(len(font.axes), 0.5)
+        for name in rng.sample(font.glyph_names, min(len(font.glyph_names), 4)):
+            glyph = font.glyph(name)
+            glyph.points(w), glyph.jacobian(w), glyph.side_bearings(w)
+        text = vf.Text(font, "aa")
+        text.points(), text.jacobian(), repr((font, text, font.instances))
+
+    inputs = (mutated(rng.choice(seeds), rng) for _ in range(count))
+    return Outcome("damaged fonts: TTF, WOFF, WOFF2").try_all(inputs, act)
+
+
+def _bundled(name: str) -> bytes:
+    return (Path(vf.__file__).parent / "fonts" / f"{name}.woff2").read_bytes()
+
+
+def image_mutants(count: int) -> Outcome:
+    """Damaged files of each format that is read."""
+    rng = random.Random(1)
+    Image.init()
+    pixels = np.random.default_rng(1).integers(0, 255, (40, 56, 4), np.uint8)
+    seeds = []
+    for name in FORMATS:
+        for mode in ("L", "P", "RGB", "RGBA", "I;16"):
+            file = io.BytesIO()
+            try:
+                Image.fromarray(pixels).convert(mode).save(file, name)
+            except (OSError, ValueError, KeyError):
+                continue  # The format has no such mode.
+            seeds.append(file.getvalue())
+        assert seeds, name
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "image")
+
+        def act(data: bytes) -> None:
+            path.write_bytes(data)
+            read_image(path)
+
+        for seed in seeds:
+            act(seed)
+        inputs = (mutated(rng.choice(seeds), rng) for _ in range(count))
+        return Outcome(f"damaged images: {', '.join(FORMATS)}").try_all(inputs, act)
+
+
+def font_bombs(count: int) -> Outcome:
+    """Fonts of some 100 kB that unpack to more than 256 MiB, whatever size they state."""
+    stated = (10 ** (3 + i % 7) for i in range(count))
+    bombs = ((woff_bomb if i % 2 else woff2_bomb)(size) for i, size in enumerate(stated))
+    # To make the bombs takes memory, too.
+    woff_bomb(BOMB_BYTES), woff2_bomb(BOMB_BYTES)
+    return Outcome("font bombs: WOFF, WOFF2").try_all(bombs, vf.load_font)
+
+
+def image_bombs(count: int) -> Outcome:
+    """Small files and arrays of very many pixels."""
+    rng = random.Random(2)
+    with tempfile.TemporaryDirectory() as folder:
+
+        def inputs() -> Iterator[Any]:
+            for i in range(count):
+                side = rng.choice([1, 6, 100, 20_000])
+                other = rng.choice([10**4, 10**5, 10**6]) // (10 if side == 20_000 else 1)
+                if i % 2:
+                    yield np.broadcast_to(np.uint8(7), (side, other, rng.choice([1, 3, 4, 10**9])))
+                else:
+                    path = Path(folder, f"{side}.png")
+                    Image.new("1", (other, side)).save(path)
+                    yield path
+
+        def act(image: Any) -> None:
+            vf.match(image, "a", "dynapuff", progress=False)
+
+        return Outcome("image bombs: PNG, arrays").try_all(inputs(), act)
+
+
+def odd_arrays(count: int) -> Outcome:
+    """Arrays and tensors of every type, layout and shape."""
+    rng = np.random.default_rng(3)
+    types = [getattr(torch, name) for name in dir(torch)]
+    types = [kind for kind in types if isinstance(kind, torch.dtype)]
+
+    def inputs() -> Iterator[Any]:
+        for i in range(count):
+            shape = tuple(rng.integers(0, 9, rng.integers(0, 5)).tolist())
+            kind = types[rng.integers(len(types))]
+            try:
+                tensor = torch.empty(shape, dtype=kind, device="meta" if i % 7 == 0 else "cpu")
+                yield tensor.to_sparse() if i % 5 == 0 and tensor.ndim else tensor
+            except (RuntimeError, NotImplementedError):
+                # torch makes no such tensor.
+                yield np.full(shape, rng.choice([np.nan, np.inf, 2.0, -1.0, 0.5]), dtype=object)
+
+    return Outcome("arrays and tensors").try_all(inputs(), read_image)
+
+
+class FrontEnd(BaseComm):
+    """A front end that counts the answers of the kernel."""
+
+    def __init__(self, **keywords: Any) -> None:
+        self.answers = 0
+        super().__init__(**keywords)
+
+    def publish_msg(self, msg_type: str, data: Any = None, **_: Any) -> None:
+        if msg_type == "comm_msg" and data and data.get("method") == "custom":
+            self.answers += 1
+
+
+def messages(count: int, threads: int = 1) -> Outcome:
+    """Malformed drag messages to an editor; each has to be answered exactly once."""
+    with mock.patch("comm.create_comm", FrontEnd):
+        editor = vf.Editor("dynapuff", "no")
+    before = editor.text.theta
+    values = [None, True, -1, 0.5, 10**400, float("nan"), "x", [], {}, [0, 0, 0, 0.5], "x" * 10**4]
+    names = ["type", "view", "seq", "phase", "handle", "x", "y", "axes"]
+
+    def send(seed: int, outcome: Outcome) -> None:
+        rng = random.Random(seed)
+
+        def act(content: Any) -> None:
+            data = {"method": "custom", "content": content}
+            editor.comm.handle_msg({"content": {"data": data}, "buffers": []})
+
+        def inputs() -> Iterator[Any]:
+            for i in range(count // threads):
+                content: Any = {name: rng.choice(values) for name in names if rng.random() < 0.8}
+                yield rng.choice(values) if i % 10 == 0 else content | {"type": "drag"}
+
+        outcome.try_all(inputs(), act)
+
+    parts = [Outcome("") for _ in range(threads)]
+    senders = [threading.Thread(target=send, args=pair) for pair in enumerate(parts)]
+    for sender in senders:
+        sender.start()
+    for sender in senders:
+        sender.join()
+    whole = Outcome(f"malformed messages, {threads} thread{'s' * (threads > 1)}")
+    for part in parts:
+        whole.tried += part.tried
+        whole.failures += part.failures
+        whole.gibibytes = max(whole.gibibytes, part.gibibytes)
+        # Threads share the processor time of the process.
+        whole.seconds = max(whole.seconds, part.seconds / threads)
+    whole.refused = editor.comm.answers
+    if editor.comm.answers != whole.tried:
+        whole.failures.append(f"{editor.comm.answers} answers to {whole.tried} messages")
+    if not torch.isfinite(editor.text.theta).all() or editor.text.theta.shape != before.shape:
+        whole.failures.append("the text is not valid any more")
+    return whole
+
+
+def messages_from_four_threads(count: int) -> Outcome:
+    """The same messages, four at a time."""
+    return messages(count, threads=4)
+
+
+ATTACKS: dict[Callable[[int], Outcome], int] = {
+    font_mutants: 20_000,
+    image_mutants: 20_000,
+    font_bombs: 14,
+    image_bombs: 100,
+    odd_arrays: 2_000,
+    messages: 5_000,
+    messages_from_four_threads: 5_000,
+}
+"""Each attack and its number of inputs."""
+
+
+def run(attack: Callable[[int], Outcome], count: int) -> Outcome:
+    """Run an attack in this process, without the messages of the libraries."""
+    logging.disable(logging.CRITICAL)
+    warnings.simplefilter("ignore")
+    torch.set_num_threads(1)
+    return attack(count)
+
+
+def run_apart(attack: Callable[[int], Outcome], count: int) -> Outcome:
+    """Run an attack in a process of its own."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=context) as pool:
+        return pool.submit(run, attack, count).result()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.attacks", description=__doc__)
+    parser.add_argument("--share", type=float, default=1.0, help="share of the inputs to try")
+    share = parser.parse_args().share
+    print("| Attack | Inputs | Refused | Read | Other errors | Slowest | Memory |")
+    print("| --- | --: | --: | --: | --: | --: | --: |")
+    for attack, count in ATTACKS.items():
+        result = run_apart(attack, max(2, round(share * count)))
+        name, tried, refused, read, failures, seconds, gibibytes = astuple(result)
+        numbers = f"{tried:,} | {refused:,} | {read:,} | {len(failures)}"
+        print(f"| {name} | {numbers} | {seconds:.2f} s | {gibibytes:.2f} GiB |", flush=True)
+        for failure in sorted(set(failures))[:20]:
+            print(f"    {failure}", flush=True)
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("JUPYTER_PLATFORM_DIRS", "1")
+    main()
