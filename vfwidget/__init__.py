@@ -15,12 +15,15 @@ from .errors import (
     FontError,
     GlyphError,
     ImageError,
+    OverlapError,
     SolveError,
     TextError,
     VFWidgetError,
 )
 from .font import Axis, Font, Glyph, NamedInstance, bundled_fonts, load_font
 from .limits import limits
+from .overlap.artwork import Artwork
+from .overlap.overlaps import Overlap, overlaps
 from .solver import least_squares
 from .text import Text
 from .text.word import Handle
@@ -43,6 +46,7 @@ LAZY = {
 
 __all__ = [
     "Area",
+    "Artwork",
     "Axis",
     "AxisError",
     "AxisTarget",
@@ -58,6 +62,8 @@ __all__ = [
     "ImageError",
     "Match",
     "NamedInstance",
+    "Overlap",
+    "OverlapError",
     "Pin",
     "Residual",
     "SharedX",
@@ -76,6 +82,7 @@ __all__ = [
     "limits",
     "load_font",
     "match",
+    "overlaps",
     "plot",
     "rasterize",
     "solve",

@@ -34,6 +34,10 @@ class ImageError(VFWidgetError):
     """An image that cannot be read or drawn: no pixels, too many, NaN, no ink."""
 
 
+class OverlapError(VFWidgetError):
+    """An obstacle or artwork that cannot be read: no area, open, not finite, unsafe SVG."""
+
+
 class AxisWarning(UserWarning):
     """An axis value outside its range was clamped to it."""
 

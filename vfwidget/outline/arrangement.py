@@ -94,7 +94,7 @@ def nonzero(winding: Any) -> Any:
 def boundary(
     curves: Any,
     sizes: Sequence[int],
-    images: int = 1,
+    image: Any = None,
     inside: Callable[[Any], Any] = nonzero,
     layer: Any = None,
 ) -> Spans:
@@ -103,37 +103,37 @@ def boundary(
     Parameters
     ----------
     curves : (4, 2, C) array
-        Coefficients of 1, t, t², t³ of x and y, image after image, contour after contour.
+        Coefficients of 1, t, t², t³ of x and y, contour after contour.
     sizes : sequence of int
-        Cubics of each contour of an image.
-    images : int
-        Outlines of different images do not meet.
+        Cubics of each contour.
+    image : (C,) int array, optional
+        The image of each cubic, in ascending order; outlines of different images do not meet. By
+        default there is one image.
     inside : callable
         From winding numbers (G, N) to whether a point is in the shape, (N,).
     layer : (C,) int array, optional
         Which of the G winding numbers each cubic belongs to; by default all to the first.
     """
     xp = namespace(curves)
+    if image is None:
+        image = xp.zeros_like(count_up(curves.shape[-1], curves))
     with np.errstate(all="ignore"):
-        turned, strips = _turn(curves, images)
-        sizes = list(sizes) * images
+        turned, strips = _turn(curves, int(image[-1]) + 1)
         arcs = monotone_arcs(turned, sizes, (strips if strips > 1 else -1, -1))
-        each = curves.shape[-1] // images
-        cubic, t = crossings(turned, arcs, arcs.cubic // each)
+        cubic, t = crossings(turned, arcs, take(image, arcs.cubic))
         if len(cubic):
             cubic = xp.concatenate([arcs.cubic, cubic])
             arcs = join(turned, sizes, cubic, xp.concatenate([arcs.start, t]))
         column = between(integers((arcs.first[0] + arcs.last[0]) / 2), 0, strips - 1)
-        return _spans(turned, arcs, column + strips * (arcs.cubic // each), inside, layer)
+        return _spans(turned, arcs, column + strips * take(image, arcs.cubic), inside, layer)
 
 
 def _turn(curves: Any, images: int) -> tuple[Any, int]:
     """The curves, turned and scaled so that strips are one wide, and the number of strips."""
-    count = curves.shape[-1]
     turn = [[math.cos(TILT), math.sin(TILT)], [-math.sin(TILT), math.cos(TILT)]]
     turned = like(np.array(turn), curves) @ curves
     least, most = turned[0, 0].min(), turned[0, 0].max()
-    strips = 1 + count // images // PER_STRIP
+    strips = 1 + curves.shape[-1] // images // PER_STRIP
     width = float(most - least) or 1.0
     turned[0, 0] -= least
     return turned * (strips / width), strips

@@ -15,10 +15,7 @@ along the rows makes them an image.
 
 **Derivative.** Moving the boundary by δ sweeps over area: the derivative of a pixel's coverage is
 :math:`\int \delta_y\,dx - \delta_x\,dy` along the weighted pieces in it (Reynolds' transport
-theorem). For δ a combination of Bernstein polynomials these are again integrals of polynomials.
-
-All of these integrals are, per cubic, fixed combinations of :math:`t_b^k - t_a^k`, k = 1 … 6,
-t_a and t_b being the ends of a piece.
+theorem; :mod:`..outline.area`).
 """
 
 from __future__ import annotations
@@ -32,25 +29,18 @@ import numpy as np
 from ..arrays import (
     add_at,
     between,
+    count_up,
     integers,
     like,
     namespace,
     running_sum,
-    stacked,
-    sum_at,
     take,
     where_true,
     zeros,
 )
+from ..outline.area import antiderivative, slopes, swept, weighted_powers
 from ..outline.arrangement import boundary
 from ..outline.monotone import BEFORE_NEXT, POWER, coefficients, monotone_arcs
-
-SLOPE = np.array([1.0, 2, 3])[:, None, None]
-"""What coefficients of t, t², t³ are multiplied by in a derivative."""
-ORDERS = np.arange(1.0, 7)
-"""What the powers in an antiderivative are divided by."""
-PRODUCT = (np.add.outer(range(4), range(3)).ravel() == np.arange(6)[:, None]) / ORDERS[:, None]
-"""Products of two polynomials' coefficients to the antiderivative of their product."""
 
 
 class Boundary(NamedTuple):
@@ -76,15 +66,8 @@ class Boundary(NamedTuple):
 
     def gradient(self, image: Any) -> Any:
         """What a slope by the images (B, H, W) is by the control points, (C, 4, 2)."""
-        xp = namespace(image)
         here = take(image.reshape(-1), self.pixel)
-        moments = sum_at(self.cubic, self.powers * here, self.curves.shape[-1])
-        moments = moments / like(ORDERS[:, None], moments)
-        # ∫ tʲ (−y′, x′) dt for j = 0 … 3, from ∫ tᵏ dt for k = 0 … 5.
-        windows = stacked([moments[j : j + 3] for j in range(4)])
-        swept = xp.einsum("jkc,kdc->djc", windows, self.curves[1:] * like(SLOPE, moments))
-        slope = stacked([-swept[1], swept[0]])
-        return xp.einsum("ji,djc->cid", like(POWER, slope), slope)
+        return swept(self.curves, self.cubic, self.powers * here)
 
     def derivative(self, tangents: Any, out: Any = None) -> Any:
         """How the images change, (a, B, H, W), as the control points move by (C, 4, 2, a).
@@ -93,9 +76,9 @@ class Boundary(NamedTuple):
         """
         xp = namespace(tangents)
         moved = xp.einsum("ij,cjda->idac", like(POWER, tangents), tangents)
-        slopes = (self.curves[1:] * like(SLOPE, tangents))[:, :, None]
-        swept = _integral(moved[:, 1], slopes[:, 0]) - _integral(moved[:, 0], slopes[:, 1])
-        each = xp.einsum("kn,kan->an", self.powers, take(swept, self.cubic))
+        x, y = xp.swapaxes(slopes(self.curves), 0, 1)[:, :, None]
+        area = antiderivative(moved[:, 1], x) - antiderivative(moved[:, 0], y)
+        each = xp.einsum("kn,kan->an", self.powers, take(area, self.cubic))
         count, pixels = len(each), math.prod(self.size)
         if out is None:
             out = zeros(count * pixels, each).reshape(count, *self.size)
@@ -156,12 +139,11 @@ def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[A
     curves = coefficients(points)
     pieces = _pieces(curves, list(sizes), images, height, width)
     weight, cubic, row, column = pieces.weight, pieces.cubic, pieces.row, pieces.column
-    powers = _powers(stacked([pieces.end, pieces.start]))
-    powers = (powers[:, 0] - powers[:, 1]) * weight
+    powers = weighted_powers(pieces.start, pieces.end, weight)
 
     # ∫ (x − column) dy: what a piece's own pixel has less than those on its right. Where a chord
     # stands in for an arc, it climbs less or more than that.
-    area = _integral(curves[:, 0], curves[1:, 1] * like(SLOPE[..., 0], curves))
+    area = antiderivative(curves[:, 0], slopes(curves)[:, 1])
     area = xp.einsum("kn,kn->n", powers, take(area, cubic))
     climb = xp.einsum("kn,kn->n", powers[:3], take(curves[1:, 1], cubic))
     cover = weight * (pieces.last[1] - pieces.first[1])
@@ -187,10 +169,10 @@ def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[A
 
 def _pieces(curves: Any, sizes: list[int], images: int, height: int, width: int) -> Pieces:
     xp = namespace(curves)
-    spans = boundary(curves, sizes, images)
-    grid = (width, height)
+    image = count_up(curves.shape[-1], curves) // (curves.shape[-1] // images)
+    spans = boundary(curves, sizes * images, image)
     cubic, start, end, first, last, _ = monotone_arcs(
-        curves, sizes * images, grid, spans.cubic, spans.start
+        curves, sizes * images, (width, height), spans.cubic, spans.start
     )
     begins = spans.cubic + BEFORE_NEXT * spans.start
     span = xp.searchsorted(begins, cubic + BEFORE_NEXT * (start + end) / 2, side="right") - 1
@@ -198,24 +180,9 @@ def _pieces(curves: Any, sizes: list[int], images: int, height: int, width: int)
     column, row = integers(xp.floor((first + last) / 2))
     kept = (row >= 0) & (row < height) & (weight != 0)
     if images > 1:
-        row = row + cubic // (curves.shape[-1] // images) * height
+        row = row + take(image, cubic) * height
     pieces = Pieces(cubic, start, end, first, last, row, between(column, -1, width), weight)
     if kept.all():
         return pieces
     kept = where_true(kept)
     return Pieces(*(take(values, kept) for values in pieces))
-
-
-def _powers(t: Any) -> Any:
-    """t, t², … t⁶, (6, …)."""
-    xp = namespace(t)
-    square = t * t
-    one_two = stacked([t, square])
-    three_four = one_two * square
-    return xp.concatenate([one_two, three_four, three_four * square])
-
-
-def _integral(first: Any, second: Any) -> Any:
-    """The antiderivative (6, …) of the product of polynomials (4, …) and (3, …)."""
-    both = first[:, None] * second
-    return (like(PRODUCT, both) @ both.reshape(12, -1)).reshape(6, *both.shape[2:])

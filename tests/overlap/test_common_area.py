@@ -1,0 +1,220 @@
+"""The area that two shapes have in common against pyclipper and shapely, and its derivative."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyclipper
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vfwidget as vf
+from vfwidget.overlap.common_area import common_area, pairs_nearby
+from vfwidget.overlap.shape import Shape, letters, polygon
+
+checked = settings(deadline=None, derandomize=True, max_examples=60)
+CHORDS = 256
+UNIT = 2**20
+"""pyclipper computes with integers: parts of a font unit."""
+LETTERS = "AaBegNTRoO&8sSx%"
+
+
+def flattened(shape):
+    """The contours of a shape as polygons of many chords."""
+    t = np.arange(CHORDS) / CHORDS
+    u = 1 - t
+    weights = np.stack([u**3, 3 * u * u * t, 3 * u * t * t, t**3], -1)
+    points = np.einsum("tj,sjd->std", weights, shape.segments)
+    return [c.reshape(-1, 2) for c in np.split(points, np.cumsum(shape.sizes)[:-1])]
+
+
+def by_clipper(first, second):
+    """The common area of two shapes, filled nonzero, by pyclipper."""
+    unions = []
+    for shape in (first, second):
+        clipper = pyclipper.Pyclipper()
+        paths = [(UNIT * contour).round().astype(np.int64).tolist() for contour in flattened(shape)]
+        clipper.AddPaths(paths, pyclipper.PT_SUBJECT, True)
+        fill = pyclipper.PFT_NONZERO
+        unions.append(clipper.Execute(pyclipper.CT_UNION, fill, fill))
+    if not all(unions):
+        return 0.0
+    clipper = pyclipper.Pyclipper()
+    clipper.AddPaths(unions[0], pyclipper.PT_SUBJECT, True)
+    clipper.AddPaths(unions[1], pyclipper.PT_CLIP, True)
+    common = clipper.Execute(pyclipper.CT_INTERSECTION, fill, fill)
+    return sum(pyclipper.Area(path) for path in common) / UNIT**2
+
+
+def box(x, y, width, height):
+    corners = np.array([(x, y), (x + width, y), (x + width, y + height), (x, y + height)], float)
+    return Shape(polygon(corners), [4])
+
+
+def moved(shape, shift):
+    return Shape(shape.segments + shift, shape.sizes)
+
+
+def area(first, second):
+    return float(common_area([(first, second)]).area[0])
+
+
+def two_letters(name, string, rng):
+    """Two letters at a random place, the second pushed into the first."""
+    text = vf.Text(name, string)
+    text = text.at(theta=rng.uniform(*text.font.bounds)[None])
+    first, second = letters(text)
+    (left, _), (right, top) = first.box
+    x = left + rng.uniform(0.2, 0.8) * (right - left) - second.box[0, 0]
+    y = rng.choice([0.0, rng.uniform(-0.1, 0.1) * top])
+    return first, moved(second, np.array([x, y]))
+
+
+@pytest.mark.parametrize("name", vf.bundled_fonts())
+@pytest.mark.parametrize("string", ["NT", "oe", "a&", "8%"])
+def test_letters(name, string):
+    first, second = two_letters(name, string, np.random.default_rng(len(name)))
+    assert area(first, second) == pytest.approx(by_clipper(first, second), rel=1e-5, abs=1e-2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", vf.bundled_fonts())
+def test_all_pairs_of_letters(name):
+    rng = np.random.default_rng(7)
+    for one in LETTERS:
+        for other in LETTERS:
+            first, second = two_letters(name, one + other, rng)
+            got = area(first, second)
+            assert got == pytest.approx(by_clipper(first, second), rel=1e-5, abs=1e-2)
+
+
+corner = st.tuples(*[st.integers(-20, 20)] * 2)
+
+
+@checked
+@given(*[st.lists(corner, min_size=3, max_size=7, unique=True)] * 2)
+def test_polygons_against_shapely(one, other):
+    # Corners on a small grid: many edges coincide, and many corners lie on edges.
+    first, second = (Shape(polygon(np.array(p, float)), [len(p)]) for p in (one, other))
+    polygons = [shapely.Polygon(p) for p in (one, other)]
+    if all(p.is_valid for p in polygons):
+        want = polygons[0].intersection(polygons[1]).area
+        assert area(first, second) == pytest.approx(want, rel=1e-9, abs=1e-9)
+    elif min(first.area(), second.area()) > 0:
+        assert area(first, second) == pytest.approx(by_clipper(first, second), rel=1e-5, abs=1e-4)
+
+
+@pytest.mark.parametrize("gap", [0, 1e-12, 1e-9, 1e-6, 1e-3])
+def test_edges_that_nearly_coincide(gap):
+    first = box(0, 0, 40, 700)
+    for second, want in (
+        (box(40 + gap, 0, 30, 700), 0.0),
+        (box(40 - gap, 0, 30, 700), 700 * gap),
+        (box(-gap, gap, 40, 700), (40 - gap) * (700 - gap)),
+        (box(10, gap, 10, 700 - 2 * gap), 10 * (700 - 2 * gap)),
+    ):
+        assert area(first, second) == pytest.approx(want, rel=1e-9, abs=1e-9)
+
+
+def test_lenses_however_thin():
+    # Two circles of radius 100, whose arcs bulge into each other.
+    way = 4 / 3 * np.tan(np.pi / 8)
+    out = 100 * np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])
+    end = np.roll(out, -1, 0)
+    circle = Shape(np.stack([out, out + way * end, end + way * out, end], 1), [4])
+    for depth in (10.0, 1.0, 1e-2, 1e-4):
+        got = area(circle, moved(circle, (200 - depth, 0)))
+        # The lens of two parabolas with the curvature of this circle's cubic at its end.
+        handle = 100 * way
+        curvature = 2 / 3 * (100 - handle) / handle**2
+        want = 4 / 3 * depth * np.sqrt(depth / curvature)
+        assert got == pytest.approx(want, rel=0.02 + depth / 100)
+
+
+def test_a_shape_inside_another_and_holes():
+    outer, inner = box(0, 0, 100, 100), box(20, 30, 10, 10)
+    assert area(outer, inner) == area(inner, outer) == pytest.approx(100)
+    # A ring: the inner contour has the opposite direction.
+    hole = box(10, 10, 80, 80).segments[::-1, ::-1]
+    ring = Shape(np.concatenate([outer.segments, hole]), [4, 4])
+    assert area(ring, inner) == 0
+    # Contours of one direction that overlap count once.
+    twice = Shape(np.concatenate([inner.segments, inner.segments]), [4, 4])
+    assert area(outer, twice) == pytest.approx(100)
+
+
+@pytest.mark.parametrize("name", vf.bundled_fonts())
+def test_never_negative_beside_kinks(name):
+    text = vf.Text(name, "NH")
+    size = text.font.units_per_em
+    for axis, breakpoints in enumerate(text.breakpoints):
+        for kink in breakpoints:
+            areas = []
+            for step in (-1e-8, 0.0, 1e-8):
+                theta = np.zeros((1, len(text.font.axes)))
+                theta[0, axis] = np.clip(kink + step, -1, 1)
+                first, second = letters(text.at(theta=theta))
+                areas.append(area(first, moved(second, (-0.3 * size, 0))))
+            assert min(areas) >= 0
+            assert np.ptp(areas) <= 1e-5 * max(areas) + 1e-3
+
+
+@pytest.mark.parametrize("name", vf.bundled_fonts())
+@pytest.mark.parametrize("string", ["NT", "ae", "g&"])
+def test_gradient_is_the_difference_of_areas(name, string):
+    rng = np.random.default_rng(3)
+    first, second = two_letters(name, string, rng)
+    # Vertical edges of both letters may coincide by chance only.
+    second = moved(second, (0.137, 0.241))
+    common = common_area([(first, second)])
+    assert common.area[0] > 0
+    gradient = common.gradient()
+    for _ in range(3):
+        # A smooth motion keeps contours closed.
+        moves = [rng.normal(size=(2, 6)) for _ in range(2)]
+
+        def deform(shape, move, step):
+            x, y = shape.segments[..., 0] / 500, shape.segments[..., 1] / 500
+            basis = np.stack([np.ones_like(x), x, y, x * y, np.sin(x), np.cos(y)], -1)
+            return step * basis @ move.T
+
+        got = 0.0
+        for layer, (shape, move) in enumerate(zip((first, second), moves, strict=True)):
+            of = common.layer == layer
+            got += (gradient[of] * deform(shape, move, 1.0)[common.segment[of]]).sum()
+        h = 1e-3
+        both = []
+        for step in (h, -h):
+            shapes = [
+                Shape(shape.segments + deform(shape, move, step), shape.sizes)
+                for shape, move in zip((first, second), moves, strict=True)
+            ]
+            both.append(area(*shapes))
+        scale = abs(gradient).sum()
+        assert got == pytest.approx((both[0] - both[1]) / (2 * h), rel=1e-6, abs=1e-7 * scale)
+
+
+def test_a_long_line_has_few_pairs():
+    shapes = letters(vf.Text("recursive", "variable" * 10))
+    pairs = pairs_nearby(shapes, gap=20)
+    assert len(pairs) <= 2 * len(shapes)
+    assert (np.diff(pairs, axis=1) >= 1).all()
+    boxes = np.array([shape.box for shape in shapes])
+    want = {
+        (i, j)
+        for i in range(len(shapes))
+        for j in range(i + 1, len(shapes))
+        if (boxes[i, 0] - 20 < boxes[j, 1]).all() and (boxes[j, 0] - 20 < boxes[i, 1]).all()
+    }
+    assert {tuple(pair) for pair in pairs.tolist()} == want
+
+
+def test_many_pairs_at_once_are_the_pairs_by_themselves():
+    line = letters(vf.Text("dynapuff", "variable"))
+    shapes = [moved(shape, (-220.0 * i, 0)) for i, shape in enumerate(line)]
+    pairs = pairs_nearby(shapes)
+    together = common_area([(shapes[i], shapes[j]) for i, j in pairs]).area
+    alone = [area(shapes[i], shapes[j]) for i, j in pairs]
+    np.testing.assert_allclose(together, alone, rtol=1e-9, atol=1e-9)
+    assert len(pairs) > 5 and together.max() > 100

@@ -1,0 +1,99 @@
+"""Which letters overlap: pairs, contacts, obstacles of every kind, and obstacles that are none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vfwidget as vf
+
+SQUARE = [(0, 0), (100, 0), (100, 100), (0, 100)]
+
+
+def test_letters_do_not_overlap_themselves_or_each_other():
+    # The contours of each of these letters overlap.
+    for name in vf.bundled_fonts():
+        assert vf.overlaps(vf.Text(name, "NARt")) == []
+
+
+def test_a_bar_through_a_stem():
+    text = vf.Text("roboto-flex", "l")
+    left, right = text.segments()[0][..., 0].min(), text.segments()[0][..., 0].max()
+    [found] = vf.overlaps(text, [[(-500, 300), (500, 300), (500, 340), (-500, 340)]])
+    assert found.pair == (0, 0) and found.obstacle
+    assert found.area == pytest.approx(40 * float(right - left))
+    # The shortest way out of the bar is up or down.
+    inside = abs(found.points[:, 1] - 320) < 19.9
+    assert found.depth <= max(20.0, float(right - left) / 2) + 1e-9
+    np.testing.assert_allclose(np.hypot(*found.normals.T), 1, rtol=0, atol=1e-9)
+    assert inside.any()
+    assert "obstacle 0" in repr(found)
+
+
+def test_normals_lead_out():
+    text = vf.Text("recursive", "o")
+    corner = [(0, 0), (120, 0), (120, 260), (0, 260)]
+    [found] = vf.overlaps(text, [corner])
+    # Moving the letter along its contacts' normals makes the common area smaller.
+    way = found.normals.mean(0)
+    shifted = [np.array(corner) - 2 * way]
+    assert vf.overlaps(text, shifted)[0].area < found.area
+
+
+def test_a_letter_inside_an_obstacle_counts():
+    text = vf.Text("dynapuff", "o")
+    huge = [(-5000, -5000), (5000, -5000), (5000, 5000), (-5000, 5000)]
+    [found] = vf.overlaps(text, [huge])
+    ink = vf.rasterize(text, (300, 300)).sum() / vf.raster.frame(text, (300, 300))[0, 0] ** 2
+    assert found.area == pytest.approx(float(ink), rel=1e-6)
+    assert found.depth > 1000
+
+
+def test_lines_and_texts_as_obstacles():
+    text = vf.Text("recursive", "pq")
+    below = [s.numpy() - (0, 500) for s in vf.Text("recursive", "ll").segments()]
+    found = vf.overlaps(text, [below])
+    assert {overlap.pair for overlap in found} <= {(0, 0), (1, 0)} and found
+    assert {o.pair for o in vf.overlaps(text, vf.Text("recursive", "pq"))} == {(0, 0), (1, 0)}
+
+
+def test_one_obstacle_needs_no_list():
+    text = vf.Text("recursive", "N")
+    areas = [vf.overlaps(text, o)[0].area for o in ([SQUARE], SQUARE, np.array(SQUARE))]
+    assert areas == [areas[0]] * 3
+
+
+def test_self_intersecting_obstacles_are_filled_nonzero():
+    text = vf.Text("recursive", "H")
+    x, y = np.cos(np.arange(5) * 4 * np.pi / 5), np.sin(np.arange(5) * 4 * np.pi / 5)
+    star = 200 * np.stack([x, y], 1) + (300, 350)
+    [found] = vf.overlaps(text, [star])
+    assert found.area > 0
+    [turned] = vf.overlaps(text, [star[::-1]])
+    assert turned.area == pytest.approx(found.area)
+
+
+@pytest.mark.parametrize(
+    "obstacles, message",
+    [
+        (5, "obstacles must be a list of polygons"),
+        ([5], r"obstacles\[0\] must be a polygon"),
+        ([[(0, 0), (1, 1)]], "a polygon is \\(m, 2\\) with m ≥ 3"),
+        ([[(0, 0), (1, 1), (2, 2)]], "has no area"),
+        ([[(0, 0), (1, np.nan), (2, 0)]], "must be finite"),
+        ([[(0, 0), (1, 1e300), (2, 0)]], "must be finite and at most"),
+        ([[np.zeros((3, 4, 3))]], r"give \(s, 4, 2\)"),
+        ([[np.random.default_rng(0).normal(size=(3, 4, 2))]], "must start where the one before"),
+        ([[]], "a polygon is"),
+        ([SQUARE, []], r"obstacles\[1\] is empty"),
+        ([SQUARE, [("a", "b"), (1, 2), (3, 4)]], r"obstacles\[1\]"),
+    ],
+)
+def test_obstacles_that_are_none(obstacles, message):
+    with pytest.raises(vf.OverlapError, match=message):
+        vf.overlaps(vf.Text("recursive", "a"), obstacles)
+
+
+def test_spaces_have_no_outline():
+    assert vf.overlaps(vf.Text("recursive", "a b"), [[(900, 0), (950, 0), (950, 9)]]) == []
+    assert vf.overlaps(vf.Text("recursive", " "), [SQUARE]) == []

@@ -1,0 +1,117 @@
+"""Outlines without overlaps: the boundary of a shape as closed contours of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from .arrangement import boundary, nonzero
+from .contours import Contours
+from .monotone import coefficients
+
+SHORT = 1e-9
+"""Parts shorter than this, relative to the size of the outline, are left out."""
+
+
+def odd(winding: Any) -> Any:
+    """Where the winding number (1, N) is odd: the even-odd rule."""
+    return winding[0] % 2 == 1
+
+
+def without_overlaps(
+    segments: Array, sizes: Sequence[int], inside: Callable[[Any], Any] = nonzero
+) -> list[Array]:
+    """The boundary of a shape as closed contours that neither cross nor overlap.
+
+    Parameters
+    ----------
+    segments : (S, 4, 2) array
+        Cubic segments of closed contours, contour after contour.
+    sizes : sequence of int
+        Segments of each contour.
+    inside : callable
+        From winding numbers (1, N) to whether a point is in the shape, (N,).
+
+    Returns
+    -------
+    list of (s, 4, 2) arrays
+        The shape is on the right of each contour (y up), as in TrueType fonts.
+    """
+    if not len(segments):
+        return []
+    spans = boundary(coefficients(segments), sizes, inside=inside)
+    kept = np.flatnonzero(spans.weight)
+    parts = _parts(segments[spans.cubic[kept]], spans.start[kept], spans.end[kept])
+    backwards = spans.weight[kept] < 0
+    parts[backwards] = parts[backwards, ::-1]
+    long = np.ptp(parts, 1).max(1) > SHORT * np.ptp(segments, (0, 1)).max()
+    follower = _followers(parts, _next_spans(spans.cubic, sizes), kept, backwards)
+    return [contour for contour in _walk(parts, follower, long) if len(contour)]
+
+
+def _parts(segments: Array, start: Array, end: Array) -> Array:
+    """The control points (N, 4, 2) of segments between two parameters, by polar forms."""
+    columns = np.stack([start, end], -1)
+    points = []
+    for ends in range(4):
+        blend = segments
+        for step in range(3):
+            t = columns[:, 1 if step < ends else 0, None, None]
+            blend = blend[:, :-1] * (1 - t) + blend[:, 1:] * t
+        points.append(blend[:, 0])
+    return np.stack(points, 1)
+
+
+def _next_spans(cubic: Any, sizes: Sequence[int]) -> Any:
+    """The span that continues each span along its contour, (N,)."""
+    owner = Contours(sizes).owners[cubic]
+    following = np.arange(1, len(cubic) + 1)
+    last = np.flatnonzero(np.append(owner[1:] != owner[:-1], True))
+    first = np.append(0, last[:-1] + 1)
+    following[last] = first
+    return following
+
+
+def _followers(parts: Array, following: Any, kept: Any, backwards: Any) -> Any:
+    """The part that each part continues with: along its contour, or where contours cross."""
+    place = np.full(len(following), -1)
+    place[kept] = np.arange(len(kept))
+    follower = np.full(len(kept), -1)
+    # A part and the next one of its contour, if both bound the shape on the same side.
+    after = place[following[kept]]
+    joined = np.flatnonzero(after >= 0)
+    joined = joined[backwards[joined] == backwards[after[joined]]]
+    one, other = joined, after[joined]
+    turned = backwards[one]
+    follower[np.where(turned, other, one)] = np.where(turned, one, other)
+    ends = np.flatnonzero(follower < 0)
+    starts = np.setdiff1d(np.arange(len(kept)), follower)
+    # Where contours cross, an end continues with the nearest start.
+    gap = np.hypot(*(parts[ends, None, 3] - parts[None, starts, 0]).transpose(2, 0, 1))
+    for flat in np.argsort(gap, axis=None, kind="stable"):
+        i, j = divmod(int(flat), len(starts))
+        if follower[ends[i]] < 0 and starts[j] >= 0:
+            follower[ends[i]] = starts[j]
+            starts[j] = -1
+    return follower
+
+
+def _walk(parts: Array, follower: Any, long: Any) -> list[Array]:
+    """Contours from parts (N, 4, 2) that continue with their followers."""
+    contours, seen = [], np.zeros(len(parts), dtype=bool)
+    for first in range(len(parts)):
+        chain = []
+        at = first
+        while not seen[at]:
+            seen[at] = True
+            if long[at]:
+                chain.append(at)
+            at = follower[at]
+        contour = parts[chain]
+        # The ends of two parts that meet at a crossing differ by rounding.
+        contour[:, 3] = np.roll(contour[:, 0], -1, 0)
+        contours.append(contour)
+    return contours

@@ -1,0 +1,125 @@
+r"""The area that two shapes have in common, and its derivative by their control points.
+
+The boundary of the common area consists of the parts of either outline that lie in the other shape:
+A = ½ Σ ∮ (x dy − y dx) over ∂A∩B and A∩∂B. :mod:`..outline.arrangement` finds those parts so that
+they always close, and :mod:`..outline.area` integrates along them, without flattening.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, IntArray, expand
+from ..outline.area import areas, swept, weighted_powers
+from ..outline.arrangement import Spans, boundary
+from ..outline.monotone import coefficients
+from .shape import Shape
+
+
+class Common(NamedTuple):
+    """The common area of each of P pairs of shapes.
+
+    Attributes
+    ----------
+    area : (P,) array
+    pair : (C,) int array
+        The pair that each of the C segments belongs to, pair after pair.
+    layer : (C,) int array
+        0 for the first shape of its pair, 1 for the second.
+    segment : (C,) int array
+        The segment's index in its shape.
+    curves : (4, 2, C) array
+        Coefficients, measured from ``origin``.
+    origin : (P, 2) array
+    spans : Spans
+        The boundary of the common areas.
+    """
+
+    area: Array
+    pair: IntArray
+    layer: IntArray
+    segment: IntArray
+    curves: Array
+    origin: Array
+    spans: Spans
+
+    def gradient(self) -> Array:
+        """The derivative of the area of a segment's pair by its control points, (C, 4, 2)."""
+        spans = self.spans
+        powers = weighted_powers(spans.start, spans.end, spans.weight)
+        return swept(self.curves, spans.cubic, powers)
+
+    def spans_of(self, pair: int, layer: int) -> Spans:
+        """The parts of one shape of a pair that bound the common area, by the shape's segments."""
+        of = (self.pair == pair) & (self.layer == layer)
+        spans = self.spans
+        kept = of[spans.cubic] & (spans.weight != 0)
+        cubic, *others = (values[kept] for values in spans)
+        return Spans(self.segment[cubic], *others)
+
+
+def pairs_nearby(
+    first: list[Shape], second: list[Shape] | None = None, gap: float = 0.0
+) -> IntArray:
+    """Pairs (P, 2) whose boxes overlap or are closer than a gap.
+
+    Pairs of a shape of ``first`` and one of ``second``; without ``second``, pairs of ``first``.
+    The shapes are sorted from left to right, so a long line costs little more than its neighbours.
+    """
+    others = first if second is None else second
+    if not first or not others:
+        return np.zeros((0, 2), dtype=np.intp)
+    one, other = (np.array([shape.box for shape in side]) for side in (first, others))
+    order = np.argsort(other[:, 0, 0], kind="stable")
+    least = other[order, 0, 0]
+    widest = (other[:, 1, 0] - other[:, 0, 0]).max()
+    begin = np.searchsorted(least, one[:, 0, 0] - gap - widest)
+    end = np.searchsorted(least, one[:, 1, 0] + gap)
+    i, at = expand(begin, np.maximum(end - begin, 0))
+    j = order[at]
+    near = (one[i, 0] - gap < other[j, 1]).all(1) & (other[j, 0] - gap < one[i, 1]).all(1)
+    if second is None:
+        near &= i < j
+    found = np.stack([i[near], j[near]], 1)
+    return found[np.lexsort(found.T[::-1])]
+
+
+def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
+    """The common areas of pairs of shapes.
+
+    Contours that lie outside the box of the other shape are left out: inside that box they do not
+    change the winding number.
+    """
+    parts: list[Array] = [np.zeros((0, 4, 2))]
+    sizes: list[int] = []
+    indices, of, layers = [], [], []
+    origin = np.zeros((len(pairs), 2))
+    for p, (first, second) in enumerate(pairs):
+        (low, high), (bottom, top) = first.box, second.box
+        origin[p] = (np.maximum(low, bottom) + np.minimum(high, top)) / 2
+        for layer, (shape, other) in enumerate(((first, second), (second, first))):
+            index, counts = shape.near(other.box)
+            parts.append(shape.segments[index] - origin[p])
+            indices.append(index)
+            of.append(np.full(len(index), p))
+            layers.append(np.full(len(index), layer))
+            sizes += counts
+    curves = coefficients(np.concatenate(parts))
+    pair, layer_of, index_of = (_joined(column) for column in (of, layers, indices))
+    if sizes:
+        spans = boundary(curves, sizes, pair, _in_both, layer_of)
+    else:
+        spans = Spans(index_of, *[np.zeros(0)] * 3)
+    area = np.bincount(pair[spans.cubic], areas(curves, spans), len(pairs))
+    # Nothing but rounding is below zero.
+    return Common(np.maximum(area, 0.0), pair, layer_of, index_of, curves, origin, spans)
+
+
+def _joined(columns: list[IntArray]) -> IntArray:
+    return np.concatenate([np.zeros(0, dtype=np.intp), *columns])
+
+
+def _in_both(winding: Any) -> Any:
+    return (winding != 0).all(0)

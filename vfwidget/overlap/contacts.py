@@ -1,0 +1,81 @@
+"""Contacts: points of one shape inside another, and the nearest way out."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, IntArray
+from ..outline.arrangement import Spans
+from ..outline.monotone import coefficients, evaluate, evaluate_slope
+from .shape import Shape
+
+SAMPLES = 8
+"""Points on each part of an outline that are looked at."""
+NEWTON = 6
+"""Newton steps from the nearest sample to the nearest point."""
+
+
+class Points(NamedTuple):
+    """Points on segments of a shape.
+
+    Attributes
+    ----------
+    segment : (p,) int array
+    t : (p,) array
+    position : (p, 2) array
+    outward : (p, 2) array
+        Unit normals that point out of the shape.
+    """
+
+    segment: IntArray
+    t: Array
+    position: Array
+    outward: Array
+
+    def some(self, which: Any) -> Points:
+        """Those that an index or mask names."""
+        return Points(*(values[which] for values in self))
+
+
+def sampled(shape: Shape, spans: Spans, samples: int = SAMPLES) -> Points:
+    """Points in the middle of equal steps of t along the spans of a shape that have a weight."""
+    bound = np.flatnonzero(spans.weight)
+    part = (np.arange(samples) + 0.5) / samples
+    start, length = spans.start[bound], (spans.end - spans.start)[bound]
+    t = (start[:, None] + length[:, None] * part).ravel()
+    segment, weight = (np.repeat(v[bound], samples) for v in (spans.cubic, spans.weight))
+    return _points(shape, segment, t, weight)
+
+
+def _points(shape: Shape, segment: IntArray, t: Array, weight: Array) -> Points:
+    curves = coefficients(shape.segments)[..., segment]
+    along = evaluate_slope(curves, t)
+    # The shape lies on the right of a part of weight 1, and outside is on its left.
+    outward = np.stack([-along[1], along[0]]) * np.sign(weight)
+    length = np.hypot(*outward)
+    outward = outward / np.where(length > 0, length, 1.0)
+    return Points(segment, t, evaluate(curves, t).T, outward.T)
+
+
+def nearest(points: Array, shape: Shape, spans: Spans) -> Points:
+    """The point on the boundary of a shape that is nearest to each of the points (p, 2)."""
+    samples = sampled(shape, spans)
+    ends = np.flatnonzero(spans.weight)
+    offset = points[:, None] - samples.position
+    best = (offset * offset).sum(-1).argmin(1)
+    span = ends[best // SAMPLES]
+    curves = coefficients(shape.segments)[..., spans.cubic[span]]
+    low, high = spans.start[span], spans.end[span]
+    t = samples.t[best]
+    for _ in range(NEWTON):
+        away, along = evaluate(curves, t) - points.T, evaluate_slope(curves, t)
+        bend = 2 * curves[2] + 6 * curves[3] * t
+        slope = (along * along).sum(0)
+        curvature = slope + (away * bend).sum(0)
+        # Where the distance is not convex, the step of a straight line is taken.
+        curvature = np.where(curvature > 0.1 * slope, curvature, slope)
+        step = (away * along).sum(0) / np.where(curvature > 0, curvature, 1.0)
+        t = np.clip(t - step, low, high)
+    return _points(shape, spans.cubic[span], t, spans.weight[span])

@@ -1,0 +1,125 @@
+"""Which letters overlap each other or an obstacle, by how much, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..text import Text
+from .common_area import Common, common_area, pairs_nearby
+from .contacts import nearest, sampled
+from .shape import Shape, letters, read_obstacles
+
+TOUCH = 1e-6
+"""Square font units: a common area below this is a touch, not an overlap."""
+
+
+@dataclass(frozen=True, eq=False)
+class Overlap:
+    """A letter that overlaps another letter, or an obstacle.
+
+    Attributes
+    ----------
+    pair : (int, int)
+        The two letters; or the letter and the obstacle, if :attr:`obstacle` is true.
+    obstacle : bool
+        Whether the second of the pair is an obstacle.
+    area : float
+        The area that both have in common, in square font units.
+    depth : float
+        The largest distance of a contact from the other outline, in font units.
+    points : (p, 2) array
+        Contacts: points of either outline that lie in the other shape.
+    normals : (p, 2) array
+        For each contact, the unit vector along which the first of the pair leaves the second
+        on the shortest way.
+    """
+
+    pair: tuple[int, int]
+    obstacle: bool
+    area: float
+    depth: float
+    points: Array
+    normals: Array
+
+    def __repr__(self) -> str:
+        second = f"obstacle {self.pair[1]}" if self.obstacle else f"letter {self.pair[1]}"
+        return (
+            f"<Overlap of letter {self.pair[0]} and {second}: area {self.area:.4g}, "
+            f"depth {self.depth:.4g}>"
+        )
+
+
+def overlaps(text: Text, obstacles: Any = ()) -> list[Overlap]:
+    """The overlaps between the letters of a text, and between its letters and obstacles.
+
+    Contours of one letter may overlap each other; that is no overlap.
+
+    Parameters
+    ----------
+    text : Text
+    obstacles : obstacle, or sequence of obstacles
+        Polygons (m, 2), lists of closed cubic contours (s, 4, 2), a :class:`Text`, or a
+        :class:`~.artwork.Artwork`; in font units, y up. They are filled nonzero.
+
+    Returns
+    -------
+    list of Overlap
+        Letters with letters first, in the order of the text; then letters with obstacles.
+
+    Raises
+    ------
+    OverlapError
+        An obstacle cannot be read, has no area, or is not finite.
+
+    Examples
+    --------
+    >>> import vfwidget as vf
+    >>> text = vf.Text("recursive", "NT")
+    >>> vf.overlaps(text)
+    []
+    >>> [found] = vf.overlaps(text, [[(0, 0), (100, 0), (100, 100), (0, 100)]])
+    >>> found.pair, found.obstacle
+    ((0, 0), True)
+    """
+    own, others = letters(text), read_obstacles(obstacles)
+    found = _found(own, own, pairs_nearby(own), False)
+    return found + _found(own, others, pairs_nearby(own, others), True)
+
+
+def _found(first: list[Shape], second: list[Shape], pairs: Any, obstacle: bool) -> list[Overlap]:
+    common = common_area([(first[i], second[j]) for i, j in pairs])
+    return [
+        _overlap(common, p, first[i], second[j], (int(i), int(j)), obstacle)
+        for p, (i, j) in enumerate(pairs)
+        if common.area[p] > TOUCH
+    ]
+
+
+def _overlap(
+    common: Common, p: int, first: Shape, second: Shape, pair: tuple[int, int], obstacle: bool
+) -> Overlap:
+    points, normals, depths = [], [], []
+    for layer, (shape, other, sign) in enumerate(((first, second, 1), (second, first, -1))):
+        inside = sampled(shape, common.spans_of(p, layer)).position
+        if not len(inside):
+            continue
+        out = nearest(inside, other, other.union())
+        way = out.position - inside
+        distance = np.hypot(*way.T)
+        clear = distance > 0
+        unit = way / np.where(clear, distance, 1.0)[:, None]
+        points.append(inside)
+        normals.append(sign * np.where(clear[:, None], unit, out.outward))
+        depths.append(distance)
+    return Overlap(
+        pair=pair,
+        obstacle=obstacle,
+        area=float(common.area[p]),
+        depth=float(np.concatenate(depths).max()),
+        points=np.concatenate(points),
+        normals=np.concatenate(normals),
+    )

@@ -1,0 +1,186 @@
+"""Closed outlines as arrays: letters of a text, and obstacles of every kind."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, IntArray, to_array
+from ..errors import OverlapError
+from ..outline.area import areas
+from ..outline.arrangement import Spans, boundary
+from ..outline.contours import Contours
+from ..outline.monotone import coefficients
+from ..text import Text
+
+CLOSED = 1e-6
+"""Largest distance between the end of a contour and its start, relative to its size."""
+LARGEST = 1e9
+"""Coordinates beyond this, in font units, are refused: areas would lose all their digits."""
+
+
+LEAST_AREA = 1e-12
+"""Areas below this, relative to the square of the largest coordinate, are rounding."""
+
+
+class Shape:
+    """Closed contours of cubic segments, filled nonzero.
+
+    Parameters
+    ----------
+    segments : (S, 4, 2) array
+        Contour after contour, in font units, y up.
+    sizes : sequence of int
+        Segments of each contour.
+    """
+
+    def __init__(self, segments: Array, sizes: Sequence[int]) -> None:
+        self.segments, self.sizes = segments, Contours(sizes)
+        starts = np.cumsum([0, *self.sizes[:-1]]) if self.sizes else np.zeros(0, dtype=np.intp)
+        self.low = np.minimum.reduceat(segments.min(1), starts) if self.sizes else np.zeros((0, 2))
+        """Lower left corner of each contour's control points, (c, 2)."""
+        self.high = np.maximum.reduceat(segments.max(1), starts) if self.sizes else np.zeros((0, 2))
+        """Upper right corner, (c, 2)."""
+
+    @property
+    def box(self) -> Array:
+        """The box around all control points, (2, 2); an empty shape has an empty one."""
+        if not len(self.low):
+            return np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
+        return np.stack([self.low.min(0), self.high.max(0)])
+
+    def union(self) -> Spans:
+        """The parts of the segments that bound the shape."""
+        curves = coefficients(self.segments)
+        return boundary(curves, self.sizes)
+
+    def area(self) -> float:
+        """The area inside, each point counted once."""
+        if not self.sizes:
+            return 0.0
+        spans = self.union()
+        middle = self.segments.mean((0, 1))
+        return float(areas(coefficients(self.segments - middle), spans).sum())
+
+    def near(self, box: Array) -> tuple[IntArray, list[int]]:
+        """The segments of the contours that reach into a box, and their numbers."""
+        kept = (self.low < box[1]).all(1) & (self.high > box[0]).all(1)
+        sizes = np.array(self.sizes, dtype=np.intp)
+        return np.flatnonzero(np.repeat(kept, sizes)), sizes[kept].tolist()
+
+
+def letters(text: Text, theta: Array | None = None) -> list[Shape]:
+    """The letters of a text, one shape for each."""
+    theta = text.coordinates if theta is None else theta
+    points = text.positions(text.point_set(), theta)
+    segments = points[text.word.contours.segments]
+    counts = [glyph.contours for glyph in text.glyphs]
+    ends = np.cumsum([sum(contours) for contours in counts])
+    return [
+        Shape(segments[end - sum(contours) : end], contours)
+        for contours, end in zip(counts, ends, strict=True)
+    ]
+
+
+def read_obstacles(obstacles: Any) -> list[Shape]:
+    """Obstacles as shapes.
+
+    Parameters
+    ----------
+    obstacles : obstacle, or sequence of obstacles
+        A polygon (m, 2), a list of closed contours (s, 4, 2), a :class:`Text` or an
+        :class:`~.artwork.Artwork`.
+
+    Raises
+    ------
+    OverlapError
+        An obstacle is none of these, or has no area, an open contour, or coordinates that are not
+        finite or are enormous.
+    """
+    if isinstance(obstacles, Text) or hasattr(obstacles, "contours") or _dimensions(obstacles) == 2:
+        obstacles = [obstacles]
+    try:
+        listed = list(obstacles)
+    except TypeError:
+        raise OverlapError(
+            f"obstacles must be a list of polygons, contours, texts or artwork; got {obstacles!r}."
+        ) from None
+    return [_checked(_read(obstacle, f"obstacles[{i}]"), i) for i, obstacle in enumerate(listed)]
+
+
+def _read(obstacle: Any, name: str) -> Shape:
+    if isinstance(obstacle, Text):
+        contours = [to_array(segments) for segments in obstacle.segments()]
+    elif hasattr(obstacle, "contours"):
+        contours = list(obstacle.contours)
+    elif _dimensions(obstacle) == 2:
+        corners = _numbers(obstacle, name)
+        if corners.shape[1:] != (2,) or len(corners) < 3:
+            raise OverlapError(
+                f"{name} has shape {corners.shape}; a polygon is (m, 2) with m ≥ 3 corners."
+            )
+        contours = [polygon(corners)]
+    else:
+        try:
+            contours = [_numbers(contour, name) for contour in obstacle]
+        except TypeError:
+            raise OverlapError(
+                f"{name} must be a polygon (m, 2), a list of contours (s, 4, 2), a Text or an "
+                f"Artwork; got {obstacle!r}."
+            ) from None
+    for contour in contours:
+        if contour.ndim != 3 or contour.shape[1:] != (4, 2) or not len(contour):
+            raise OverlapError(
+                f"A contour of {name} has shape {contour.shape}; give (s, 4, 2) with s ≥ 1, the "
+                "control points of cubic segments."
+            )
+    if not contours:
+        raise OverlapError(f"{name} is empty; leave it out.")
+    return Shape(np.concatenate(contours), [len(contour) for contour in contours])
+
+
+def _checked(shape: Shape, i: int) -> Shape:
+    largest = float(np.abs(shape.segments).max())
+    if not largest <= LARGEST:
+        raise OverlapError(
+            f"obstacles[{i}] has a coordinate of {largest:g}; coordinates must be finite and at "
+            f"most {LARGEST:g} font units."
+        )
+    ends = np.cumsum(shape.sizes)
+    follower = np.arange(1, ends[-1] + 1)
+    follower[ends - 1] = ends - shape.sizes
+    gap = float(np.abs(shape.segments[:, 3] - shape.segments[follower, 0]).max())
+    if gap > CLOSED * max(1.0, largest):
+        raise OverlapError(
+            f"Each segment of obstacles[{i}] must start where the one before it ends, and the "
+            f"first where the last one ends; one is {gap:.3g} units away."
+        )
+    # A contour is closed exactly, so that areas are exact.
+    shape.segments[:, 3] = shape.segments[follower, 0]
+    if not shape.area() > LEAST_AREA * largest**2:
+        raise OverlapError(f"obstacles[{i}] has no area; give an outline that encloses some.")
+    return shape
+
+
+def _dimensions(value: Any) -> int:
+    """The number of dimensions of an array-like of numbers; 0 for anything else."""
+    try:
+        return int(np.ndim(to_array(value)))
+    except (TypeError, ValueError, RuntimeError, AttributeError):
+        return 0
+
+
+def _numbers(value: Any, name: str) -> Array:
+    try:
+        return np.array(to_array(value))
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise OverlapError(f"{name} must consist of numbers ({error}).") from None
+
+
+def polygon(corners: Array) -> Array:
+    """The sides of a polygon with corners (m, 2) as cubic segments (m, 4, 2)."""
+    following = np.roll(corners, -1, 0)
+    third = (following - corners) / 3
+    return np.stack([corners, corners + third, corners + 2 * third, following], 1)
