@@ -1,4 +1,4 @@
-"""Limits on untrusted input: files, downloads and images."""
+"""Limits on untrusted input: files, downloads, images and artwork."""
 
 from __future__ import annotations
 
@@ -24,6 +24,12 @@ class Limits:
     """Pixels of an image that is read, 8,192 × 8,192. Reading it takes about 0.8 GB of memory."""
     raster_pixels: int = 2**25
     """Pixels of a drawn image, 5,800 × 5,800. Drawing needs several arrays of this size."""
+    svg_bytes: int = 4 * 2**20
+    """Size of an SVG file for artwork."""
+    svg_elements: int = 5_000
+    """Elements of an SVG after every ``use`` is expanded. Nested ones multiply."""
+    svg_curves: int = 20_000
+    """Curves of an SVG. The crossings of this many take about a second."""
 
 
 limits = Limits()

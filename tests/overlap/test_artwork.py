@@ -52,6 +52,7 @@ def area(art):
             '<g transform="scale(2)"><rect transform="skewX(9)" width="3" height="1"/></g>',
             12,
         ),
+        ('<g transform="scale(2) skewX(30)"><circle r="3"/></g>', 36 * np.pi),
         ('<defs><rect id="r" width="2" height="2"/></defs><use href="#r" x="5"/>', 4),
         ('<defs><rect id="r" width="2" height="2"/></defs><use xlink:href="#r"/>', 4),
         ('<rect width="3" height="3" style="display:none"/><rect width="1" height="1"/>', 1),
@@ -98,7 +99,7 @@ NESTED = "".join(f'<g id="a{i}">' + f'<use href="#a{i - 1}"/>' * 10 + "</g>" for
         (f'<!DOCTYPE svg [<!ENTITY a "b">]>{HEAD}&a;</svg>', "declares entities"),
         (f"{HEAD}{'<g>' * 200}{'</g>' * 200}</svg>", "nested more than 100"),
         ("no such file.svg", "cannot be read"),
-        ("x" * 4_000_001 + "<", "larger than 4,000,000 bytes"),
+        ("x" * 2**22 + "<", "larger than 4,194,304 bytes"),
         (5, "must be SVG text, a path or a file"),
     ],
 )

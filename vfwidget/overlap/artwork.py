@@ -13,16 +13,11 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import OverlapError
+from ..limits import limits
 from ..outline.arrangement import nonzero
 from ..outline.union import odd, without_overlaps
 from .shape import polygon
 
-MOST_BYTES = 4_000_000
-"""Longer files are refused: reading them would block a notebook for minutes."""
-MOST_ELEMENTS = 5_000
-"""Most elements after every ``use`` is expanded, so that nested ones cannot grow without limit."""
-MOST_SEGMENTS = 20_000
-"""Most cubic segments of the whole artwork."""
 STEPS = 8
 """Straight steps that replace a curve in the outline of a stroke."""
 ROUND = 4 / 3 * math.tan(math.pi / 8)
@@ -67,8 +62,14 @@ class Artwork:
         placement = _placement(scale, position)
         source = _source(svg)
         _check(source)
-        shapes = [_drawn(element) for element in _elements(source)]
-        contours = [contour for shape in shapes for contour in shape]
+        elements = [(element, _subpaths(element)) for element in _elements(source)]
+        curves = sum(len(segments) for _, subpaths in elements for segments, _ in subpaths)
+        if curves > limits.svg_curves:
+            raise OverlapError(
+                f"The SVG has {curves:,} curves, and at most {limits.svg_curves:,} are read; "
+                "simplify it or raise vf.limits.svg_curves."
+            )
+        contours = [contour for element in elements for contour in _drawn(*element)]
         if not contours:
             raise OverlapError("The SVG draws nothing; it needs shapes with a fill or a stroke.")
         placed = [contour * placement[0] + placement[1] for contour in contours]
@@ -125,24 +126,27 @@ def _source(svg: Any) -> str:
         try:
             if not os.path.isfile(svg):
                 raise OSError("it is not a file")
-            if os.path.getsize(svg) > MOST_BYTES:
+            if os.path.getsize(svg) > limits.svg_bytes:
                 raise OverlapError(_too_large(f"The file {svg}"))
             svg = Path(svg).read_bytes()
         except OSError as error:
             raise OverlapError(f"{os.fspath(svg)!r} cannot be read ({error}).") from None
     if hasattr(svg, "read"):
-        svg = svg.read(MOST_BYTES + 1)
+        svg = svg.read(limits.svg_bytes + 1)
     if isinstance(svg, bytes):
         svg = svg.decode("utf-8", "replace")
     if not isinstance(svg, str):
         raise OverlapError(f"svg must be SVG text, a path or a file; got {type(svg).__name__}.")
-    if len(svg) > MOST_BYTES:
+    if len(svg) > limits.svg_bytes:
         raise OverlapError(_too_large("The SVG"))
     return svg
 
 
 def _too_large(what: str) -> str:
-    return f"{what} is larger than {MOST_BYTES:,} bytes; simplify the artwork."
+    return (
+        f"{what} is larger than {limits.svg_bytes:,} bytes; simplify the artwork or raise "
+        "vf.limits.svg_bytes."
+    )
 
 
 def _check(source: str) -> None:
@@ -175,19 +179,19 @@ def _check(source: str) -> None:
         return counts[key]
 
     expanded = count(root, 0)
-    if expanded > MOST_ELEMENTS:
+    if expanded > limits.svg_elements:
         raise OverlapError(
-            f"The SVG has {expanded:,} elements after every <use> is expanded; at most "
-            f"{MOST_ELEMENTS:,} are read."
+            f"The SVG has {expanded:,} elements after every <use> is expanded, and at most "
+            f"{limits.svg_elements:,} are read; simplify it or raise vf.limits.svg_elements."
         )
 
 
 def _elements(source: str) -> list[Any]:
-    """The visible shapes of an SVG, in SVG units, transforms applied."""
+    """The visible shapes of an SVG; their transforms are not yet applied."""
     from svgelements import SVG, Shape
 
     try:
-        document = SVG.parse(io.StringIO(source), reify=True)
+        document = SVG.parse(io.StringIO(source), reify=False)
         shapes = [element for element in document.elements() if isinstance(element, Shape)]
     except OverlapError:
         raise
@@ -202,16 +206,16 @@ def _elements(source: str) -> list[Any]:
     ]
 
 
-def _drawn(element: Any) -> list[Array]:
+def _drawn(element: Any, subpaths: list[tuple[Array, bool]]) -> list[Array]:
     """The closed contours that an element fills or strokes, without overlaps."""
     found: list[Array] = []
-    subpaths = _subpaths(element)
     if subpaths and element.fill is not None and element.fill.value is not None:
         rule = odd if element.values.get("fill-rule") == "evenodd" else nonzero
         closed = [_closed(segments) for segments, _ in subpaths]
         found += without_overlaps(np.concatenate(closed), [len(c) for c in closed], rule)
-    if element.stroke is not None and element.stroke.value is not None and element.stroke_width:
-        bars = [bar for path in subpaths for bar in _stroked(*path, float(element.stroke_width))]
+    width = float(element.implicit_stroke_width or 0.0)
+    if element.stroke is not None and element.stroke.value is not None and width > 0:
+        bars = [bar for segments, closed in subpaths for bar in _stroked(segments, closed, width)]
         if bars:
             found += without_overlaps(np.concatenate(bars), [len(bar) for bar in bars])
     return found
@@ -219,10 +223,10 @@ def _drawn(element: Any) -> list[Array]:
 
 def _subpaths(element: Any) -> list[tuple[Array, bool]]:
     """The cubic segments (s, 4, 2) of each subpath, and whether it is closed."""
-    from svgelements import Arc, Close, CubicBezier, Line, Move, Path, QuadraticBezier
+    from svgelements import Arc, Close, CubicBezier, Line, Move, QuadraticBezier
 
     found: list[tuple[list[Any], bool]] = []
-    for part in Path(element):
+    for part in element.segments(transformed=False):
         if isinstance(part, Move):
             found.append(([], False))
             continue
@@ -239,10 +243,10 @@ def _subpaths(element: Any) -> list[tuple[Array, bool]]:
             found[-1][0].append([start, *inner, end])
         if isinstance(part, Close):
             found[-1] = (found[-1][0], True)
-        if sum(len(segments) for segments, _ in found) > MOST_SEGMENTS:
-            raise OverlapError(f"The SVG has more than {MOST_SEGMENTS:,} curves; simplify it.")
+    m = element.transform
+    linear, shift = np.array([[m.a, m.b], [m.c, m.d]], dtype=float), (float(m.e), float(m.f))
     return [
-        (np.stack([np.real(segments), np.imag(segments)], -1), closed)
+        (np.stack([np.real(segments), np.imag(segments)], -1) @ linear + shift, closed)
         for segments, closed in found
         if segments
     ]
