@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Mapping, Sequence
 from io import BytesIO
 from itertools import accumulate
@@ -14,6 +15,7 @@ from fontTools.fontBuilder import FontBuilder
 from fontTools.ttLib import TTFont, newTable
 from fontTools.ttLib.tables import _g_l_y_f as glyf
 from fontTools.ttLib.tables import otTables
+from fontTools.ttLib.tables.DefaultTable import DefaultTable
 from fontTools.ttLib.tables.ttProgram import Program
 from fontTools.ttLib.tables.TupleVariation import TupleVariation
 from fontTools.varLib import builder
@@ -373,3 +375,19 @@ def hvar_with_a_map() -> bytes:
     indices = {".notdef": 0, "a": 3, "b": nowhere, "c": 3, "d": 1, "e": 1 << 16}
     others = {name: outline(SQUARE) for name in "cde"}
     return build(glyphs | others, deltas, edit=hvar(indices))
+
+
+# Segment maps
+
+
+def with_segment_map(pairs: Sequence[tuple[float, float]]) -> bytes:
+    """A font of one axis with any avar map, valid or not."""
+
+    def add(font: FontBuilder) -> None:
+        # fontTools keeps one pair for each coordinate, so the table is written byte by byte.
+        rounded = [round(x * 16384) for pair in pairs for x in pair]
+        numbers = [1, 0, 0, 1, len(pairs), *rounded]
+        font.font["avar"] = raw = DefaultTable("avar")
+        raw.data = struct.pack(f">{len(numbers)}h", *numbers)
+
+    return build({"a": outline(SQUARE)}, {"a": []}, axes=(WEIGHT,), edit=add)

@@ -42,6 +42,10 @@ class AxisWarning(UserWarning):
     """An axis value outside its range was clamped to it."""
 
 
+class FontWarning(UserWarning):
+    """A part of the font file is invalid or is left aside; the message says which."""
+
+
 def warn_clamped(message: str) -> None:
     """Issue an :class:`AxisWarning` at the line of code that called into this package."""
     warn_caller(message, AxisWarning)

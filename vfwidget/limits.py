@@ -18,6 +18,11 @@ class Limits:
     """Size of a font file. Large fonts for Chinese, Japanese and Korean have up to 50 MB."""
     font_unpacked_bytes: int = 256 * 2**20
     """Size of a WOFF or WOFF2 file after unpacking. Fonts shrink to about a quarter at best."""
+    glyph_points: int = 4_000_000
+    """Points × (1 + delta sets) of a glyph, 64 MB. The largest glyphs known need a tenth of it, and
+    a hostile file of a few kilobytes could state a thousand times more."""
+    glyph_cache_bytes: int = 64 * 2**20
+    """Memory for the unpacked glyphs that a font keeps. A glyph that is in use stays anyway."""
     download_seconds: float = 60.0
     """Time of a whole download, whatever the server does. 64 MB arrive in time at 9 Mbit/s."""
     image_pixels: int = 2**26

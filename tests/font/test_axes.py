@@ -204,3 +204,38 @@ def test_a_value_outside_its_axis_warns_and_is_clamped():
         assert font.normalize({"wght": 5000})[1] == 1
     with pytest.warns(vf.AxisWarning, match="outside -1 … 1 were clamped"):
         assert font.denormalize([0, -3] + [0] * 11)["wght"] == 100
+
+
+# Segment maps that are invalid
+
+
+INVALID_MAPS = {
+    "no ends": [(0, 0), (0.5, 0.25)],
+    "one pair": [(0.25, 0.5)],
+    "no middle": [(-1, -1), (1, 0.5)],
+    "the middle elsewhere": [(-1, -1), (0, 0.25), (1, 1)],
+    "an end twice": [(-1, -1), (-1, -0.75), (0, 0), (0.5, 0.75), (1, 0.75), (1, 1)],
+    "falling": [(-1, -1), (0, 0), (0.25, 0.75), (0.75, 0.25), (1, 1)],
+}
+
+
+@pytest.mark.parametrize("pairs", INVALID_MAPS.values(), ids=INVALID_MAPS)
+def test_an_invalid_segment_map_is_read_as_harfbuzz_reads_it(pairs):
+    data = fonts.with_segment_map(pairs)
+    with pytest.warns(vf.FontWarning, match="avar map of axis 'wght' is invalid"):
+        font = vf.load_font(data)
+    referee = HarfBuzz(fonts.open_font(data)).font
+    for value in np.linspace(100, 900, 33):
+        referee.set_variations({"wght": value})
+        want = np.clip(referee.get_var_coords_normalized(), -1, 1)
+        # HarfBuzz rounds before its segment maps and after.
+        np.testing.assert_allclose(font.normalize({"wght": value}), want, atol=4 / F2DOT14)
+    lower, upper = font.bounds
+    for part in np.linspace(0, 1, 9):
+        w = lower + part * (upper - lower)
+        np.testing.assert_allclose(font.normalize(font.denormalize(w)), w, atol=1e-9)
+
+
+def test_a_valid_segment_map_gives_no_warning():
+    vf.load_font(fonts.with_segment_map([(-1, -1), (0, 0), (0.5, 0.5), (0.75, 0.5), (1, 1)]))
+    vf.load_font(fonts.with_segment_map([]))

@@ -109,7 +109,6 @@ SOURCES = {
     "some bytes": (b"\0\1\0\0 but no font", "Not a font file"),
     "text": (b"<!doctype html>", "Not a font file"),
     "a static font": (static_font, "This font is static.*Load a variable font instead"),
-    "PostScript outlines": (postscript_font, "no TrueType outlines"),
     "avar of version 2": (font_with_avar_2, "avar table is of version 2, which is not supported"),
     "an axis out of order": (
         lambda: patched("fvar", FVAR_FIRST_AXIS + 4, struct.pack(">i", 500 << 16)),

@@ -75,3 +75,23 @@ def test_an_instance_of_another_font_is_refused():
     foreign = vf.load_font("recursive").instances[0]
     with pytest.raises(vf.AxisError, match="is an instance of another font; DynaPuff has the inst"):
         vf.load_font("dynapuff").normalize(foreign)
+
+
+def test_a_font_walks_its_glyphs_in_order():
+    font = vf.load_font("dynapuff")
+    assert [glyph.name for glyph in font] == list(font.glyph_names)
+    assert len(font) == len(font.glyph_names)
+    assert "a" in font and 0 in font and "no-such-glyph" not in font and None not in font
+
+
+def test_the_glyphs_that_a_font_keeps_are_bounded(monkeypatch):
+    font = vf.load_font("recursive")
+    held = font.glyph("a")
+    assert font.glyph("a") is held
+    monkeypatch.setattr(vf.limits, "glyph_cache_bytes", 4 * held.nbytes)
+    names = font.glyph_names[:40]
+    kept = {name: font.glyph(name) for name in names}
+    again = [font.glyph(name) is kept[name] for name in reversed(names)]
+    assert again[0] and not all(again)
+    assert font._glyphs._bytes == sum(glyph.nbytes for glyph in font._glyphs._glyphs.values())
+    assert torch.equal(font.glyph("a").deltas, held.deltas)

@@ -18,8 +18,8 @@ from fontTools.ttLib import TTFont
 
 from ..arrays import Array, is_tensor
 from ..errors import AxisError, FontError, warn_clamped
-
-IDENTITY_MAP = ((-1.0, -1.0), (0.0, 0.0), (1.0, 1.0))
+from . import names
+from .avar import IDENTITY_MAP, SegmentMap, read_segment_maps
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Axis:
     default: float
     maximum: float
     hidden: bool = False
-    segment_map: tuple[tuple[float, float], ...] = IDENTITY_MAP
+    segment_map: SegmentMap = IDENTITY_MAP
 
     def normalize(self, value: Any) -> Any:
         """User coordinate to normalized coordinate; outside the range it is clamped.
@@ -93,12 +93,11 @@ class Axis:
 
 
 def _first_crossing(x: float, xs: Array, ys: Array) -> float:
-    """Where the polyline through (xs, ys), xs rising or flat, first comes to x; else its end."""
-    if x >= xs[-1]:
-        return float(ys[np.searchsorted(xs, xs[-1])])
-    right = int(np.searchsorted(xs, x))
-    part = (x - xs[right - 1]) / (xs[right] - xs[right - 1])
-    return float(ys[right - 1] + part * (ys[right] - ys[right - 1]))
+    """The y at which the polyline through (xs, ys) first reaches x, or comes nearest to it."""
+    for x0, x1, y0, y1 in zip(xs[:-1], xs[1:], ys[:-1], ys[1:], strict=True):
+        if x0 < x <= x1:
+            return float(y0 + (x - x0) / (x1 - x0) * (y1 - y0))
+    return float(ys[xs.argmax()])
 
 
 @dataclass(frozen=True)
@@ -117,81 +116,44 @@ class NamedInstance:
 
 
 def read_axes(font: TTFont) -> tuple[Axis, ...]:
-    """The axes of ``fvar`` with the segment maps of ``avar`` version 1.
+    """The axes of ``fvar`` with the segment maps of ``avar``; none for a static font.
 
     Raises
     ------
     FontError
-        The font has no axes, or an ``avar`` table of version 2.
+        An axis has a tag that is not ASCII text, or its default lies outside its range.
     """
-    if "fvar" not in font or not font["fvar"].axes:
-        raise FontError(
-            "This font is static: it has no variation axes (no fvar table). "
-            "Load a variable font instead."
-        )
-    keys = axis_keys(font)
-    _read_by_axis(font, keys)
-    maps = {}
-    if "avar" in font:
-        if font["avar"].majorVersion != 1:
-            raise FontError("This font's avar table is of version 2, which is not supported.")
-        maps = font["avar"].segments
+    records = font["fvar"].axes if "fvar" in font else []
+    maps = read_segment_maps(font, [str(record.axisTag) for record in records])
     axes = []
-    for key, record in zip(keys, font["fvar"].axes, strict=True):
+    for record, segment_map in zip(records, maps, strict=True):
         if not isinstance(record.axisTag, str):
             raise FontError(f"An axis has the tag {record.axisTag!r}, which is not ASCII text.")
         if not record.minValue <= record.defaultValue <= record.maxValue:
             raise FontError(f"Axis {record.axisTag!r} has its default outside its range.")
-        # Corners of a segment map may be left out at the ends and the middle.
-        segments = dict(IDENTITY_MAP) | maps.get(key, {})
         axes.append(
             Axis(
                 tag=record.axisTag,
-                name=font["name"].getDebugName(record.axisNameID) or record.axisTag,
+                name=names.string(font, record.axisNameID) or record.axisTag,
                 minimum=record.minValue,
                 default=record.defaultValue,
                 maximum=record.maxValue,
                 hidden=bool(record.flags & 0x0001),
-                segment_map=tuple(sorted(segments.items())),
+                segment_map=segment_map,
             )
         )
     return tuple(axes)
 
 
-def axis_keys(font: TTFont) -> list[str]:
-    """The axes' tags, those that repeat an earlier one made distinct.
-
-    By these keys fontTools gives the regions of ``gvar`` once :func:`read_axes` has run.
-    """
-    tags = [record.axisTag for record in font["fvar"].axes]
-    return [f"{tag}#{i}" if tag in tags[:i] else tag for i, tag in enumerate(tags)]
-
-
-def _read_by_axis(font: TTFont, keys: list[str]) -> None:
-    """Have fontTools read the tables that it keeps by tag while each axis has a tag of its own.
-
-    Of two axes with one tag it would keep but the last axis's numbers.
-    """
-    records = font["fvar"].axes
-    tags = [record.axisTag for record in records]
-    try:
-        for record, key in zip(records, keys, strict=True):
-            record.axisTag = key
-        for table in {"avar", "gvar"} & set(font.keys()):
-            font[table]
-    finally:
-        for record, tag in zip(records, tags, strict=True):
-            record.axisTag = tag
-
-
 def read_instances(font: TTFont) -> tuple[NamedInstance, ...]:
     """The named instances of ``fvar``, in the font's order."""
+    records = font["fvar"].instances if "fvar" in font else []
     return tuple(
         NamedInstance(
-            name=font["name"].getDebugName(record.subfamilyNameID) or f"Instance {number}",
+            name=names.string(font, record.subfamilyNameID) or f"Instance {number}",
             axes=dict(record.coordinates),
         )
-        for number, record in enumerate(font["fvar"].instances, start=1)
+        for number, record in enumerate(records, start=1)
     )
 
 
@@ -242,6 +204,7 @@ def denormalize(axes: Sequence[Axis], w: Array) -> dict[str, float]:
 
 def bounds(axes: Sequence[Axis]) -> tuple[Array, Array]:
     """The least and greatest normalized coordinates that user coordinates can reach, each (n,)."""
-    lower = np.array([axis.normalize(axis.minimum) for axis in axes])
-    upper = np.array([axis.normalize(axis.maximum) for axis in axes])
+    reached = [axis._knots[1] for axis in axes]
+    lower = np.array([normals.min() for normals in reached])
+    upper = np.array([normals.max() for normals in reached])
     return lower, upper

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -15,9 +15,11 @@ from ..errors import AxisError, FontError, GlyphError
 from ..outline.coordinates import check_coordinates
 from ..outline.glyph import Glyph
 from . import axes as axis_maths
+from . import names
 from .axes import NamedInstance
+from .cache import GlyphCache
 from .metrics import read_positioning_regions
-from .reader import read_glyph
+from .reader import GlyphReader
 from .settings import Settings, read_conditions
 from .shaping import ShapedGlyph, ShapedRow, Shaper
 from .shaping_options import ShapingOptions, check_options
@@ -27,14 +29,21 @@ if TYPE_CHECKING:
     import torch
 
 
-def load_font(source: FontSource | Font) -> Font:
-    """Load a variable font with TrueType outlines.
+def load_font(source: FontSource | Font, index: int = 0, static: bool = False) -> Font:
+    """Load a variable font.
+
+    Its outlines may be TrueType (glyf, GLYF) or PostScript (CFF2).
 
     Parameters
     ----------
     source : str, path, bytes, fontTools.ttLib.TTFont or Font
         A bundled name (see :func:`bundled_fonts`), a path, an ``http(s)`` URL, the bytes of a
-        TTF, WOFF or WOFF2 file, or a font already open.
+        TTF, OTF, TTC, WOFF or WOFF2 file, or a font already open.
+    index : int
+        Which font of a collection, from 0. Default 0.
+    static : bool
+        Accept a font without axes, too, as a target that another font is to match. Default
+        false: most callers want axes.
 
     Returns
     -------
@@ -43,8 +52,8 @@ def load_font(source: FontSource | Font) -> Font:
     Raises
     ------
     FontError
-        Not a font, a truncated or oversized file, a static font, no TrueType outlines, or an
-        unknown name; the message says which.
+        The source is not a font, is truncated or oversized, is static, has no outlines, or has
+        an unknown name, or the collection has no font of that index; the message says which.
 
     Examples
     --------
@@ -55,7 +64,7 @@ def load_font(source: FontSource | Font) -> Font:
     """
     if isinstance(source, Font):
         return source
-    return Font(open_font(source))
+    return Font(open_font(source, index), index, static)
 
 
 class Font:
@@ -73,43 +82,48 @@ class Font:
         In order of glyph id.
     """
 
-    def __init__(self, ttfont: TTFont) -> None:
+    def __init__(self, ttfont: TTFont, index: int = 0, static: bool = False) -> None:
+        self._index, self._static = index, static
         try:
-            self._read(ttfont)
+            self._read(ttfont, static)
         except FontError:
             raise
         except Exception as error:
             # fontTools meets damaged tables with any exception at all.
             raise FontError(f"The font file is damaged or truncated ({reason(error)}).") from error
         self._ttfont = ttfont
-        self._glyphs: dict[str, Glyph] = {}
+        self._glyphs = GlyphCache()
         # fontTools reads a table when it is first asked for, which only one thread may do at a
         # time.
         self._reading = RLock()
 
-    def _read(self, ttfont: TTFont) -> None:
+    def _read(self, ttfont: TTFont, static: bool) -> None:
         # First, while the tables are as the file has them: fontTools would write anew those it has
         # read.
         self._shaper = Shaper(ttfont)
         self.axes = axis_maths.read_axes(ttfont)
         self.instances = axis_maths.read_instances(ttfont)
-        if "glyf" not in ttfont:
-            raise FontError("This font has no TrueType outlines (no glyf table); it needs them.")
-        names = ttfont["name"]
-        self.family_name: str = names.getBestFamilyName() or "Untitled"
+        if not (self.axes or static):
+            raise FontError(
+                "This font is static: it has no variation axes (no fvar table). "
+                "Load a variable font instead, or pass static=True."
+            )
+        self._reader = GlyphReader(ttfont, len(self.axes))
+        self.family_name: str = names.family_name(ttfont)
         self.units_per_em: int = ttfont["head"].unitsPerEm
-        self.ascender: int = ttfont["hhea"].ascent
-        self.descender: int = ttfont["hhea"].descent
+        if not 16 <= self.units_per_em <= 16384:
+            raise FontError(
+                f"The head table states {self.units_per_em} units per em; 16 to 16384 are allowed."
+            )
+        header = ttfont["HHEA" if "HHEA" in ttfont else "hhea"]
+        self.ascender: int = header.ascent
+        self.descender: int = header.descent
         self.glyph_names = tuple(ttfont.getGlyphOrder())
-        self._cmap: dict[int, str] = ttfont.getBestCmap() or {}
-        # Touched now, so that a damaged table is reported here and not at some later glyph.
-        for tag in ("loca", "glyf", "hmtx", "gvar", "HVAR"):
-            if tag in ttfont:
-                ttfont[tag]
+        self._cmap: dict[int, str] = (ttfont.getBestCmap() if "cmap" in ttfont else None) or {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A pickle holds the font file; the glyphs are read from it again."""
-        return load_font, (font_bytes(self._ttfont),)
+        return load_font, (font_bytes(self._ttfont), self._index, self._static)
 
     def __copy__(self) -> Font:
         return self
@@ -190,7 +204,10 @@ class Font:
         return axis_maths.bounds(self.axes)
 
     def glyph(self, key: str | int) -> Glyph:
-        """A glyph as tensors, unpacked at the first call and kept.
+        """A glyph as tensors, unpacked at the first call and then kept.
+
+        The glyphs used least recently are forgotten when those that are kept exceed
+        ``vfwidget.limits.glyph_cache_bytes``.
 
         Parameters
         ----------
@@ -205,21 +222,45 @@ class Font:
             The glyph's data are damaged.
         """
         name = self._glyph_name(key)
-        if name not in self._glyphs:
-            with self._reading:
-                if name not in self._glyphs:
-                    self._glyphs[name] = self._read_glyph(name)
-        return self._glyphs[name]
+        with self._reading:
+            glyph = self._glyphs.get(name)
+            if glyph is None:
+                glyph = self._read_glyph(name)
+                self._glyphs.add(name, glyph)
+        return glyph
 
     def _read_glyph(self, name: str) -> Glyph:
         try:
-            return read_glyph(self._ttfont, name)
+            return self._reader.read(name)
         except FontError:
             raise
         except Exception as error:
             raise FontError(f"The data of glyph {name!r} are damaged ({reason(error)}).") from error
 
+    def __len__(self) -> int:
+        """The number of glyphs."""
+        return len(self.glyph_names)
+
+    def __contains__(self, key: object) -> bool:
+        """Whether the font has a glyph of this character, name or id."""
+        return self._find(key) is not None
+
+    def __iter__(self) -> Iterator[Glyph]:
+        """All glyphs in order of glyph id, one at a time; none of them is kept."""
+        for name in self.glyph_names:
+            with self._reading:
+                yield self._glyphs.get(name) or self._read_glyph(name)
+
     def _glyph_name(self, key: str | int) -> str:
+        name = self._find(key)
+        if name is None:
+            raise GlyphError(
+                f"{self.family_name} has no glyph {key!r}: give a character, a glyph name "
+                f"or a glyph id below {len(self)}."
+            )
+        return name
+
+    def _find(self, key: object) -> str | None:
         if isinstance(key, str):
             if len(key) == 1 and ord(key) in self._cmap:
                 return self._cmap[ord(key)]
@@ -228,16 +269,13 @@ class Font:
         elif isinstance(key, int | np.integer) and not isinstance(key, bool):
             if 0 <= key < len(self.glyph_names):
                 return self.glyph_names[int(key)]
-        raise GlyphError(
-            f"{self.family_name} has no glyph {key!r}: give a character, a glyph name "
-            f"or a glyph id below {len(self.glyph_names)}."
-        )
+        return None
 
     @cached_property
     def positioning_support(self) -> Array:
         """Regions over which anchors and kerning may vary: start, peak and end, (m, n, 3)."""
         with self._reading:
-            return read_positioning_regions(self._ttfont)
+            return read_positioning_regions(self._ttfont, len(self.axes))
 
     @cached_property
     def _conditions(self) -> tuple[IntArray, IntArray]:

@@ -1,4 +1,4 @@
-"""TrueType outlines (glyf + gvar) unpacked into cubic control points and dense delta sets.
+"""TrueType outlines (glyf + gvar, GLYF + GVAR) unpacked into cubic control points and delta sets.
 
 Everything between the file and a cubic outline is affine in the file's points: inferred deltas
 (IUP), component transforms and offsets, implied on-curve points, quadratic to cubic. So each
@@ -10,25 +10,25 @@ OpenType, "glyf" (composite glyph description, phantom points) and "gvar" (infer
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import count
+from copy import copy
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from fontTools.ttLib import TTFont
 from fontTools.ttLib.tables import _g_l_y_f as glyf_flags
-from fontTools.varLib.iup import iup_delta
 
-from ..arrays import Array, BoolArray, IntArray
+from ..arrays import Array, IntArray
 from ..errors import FontError
 from ..outline.variation import merge_regions, selection
-from .axes import axis_keys
+from .gvar import GlyphVariations, check_size
+from .unpacked import Unpacked, chain
 
 PHANTOMS = 4
 MAX_COMPONENT_DEPTH = 16
 MAX_COMPONENTS = 1024
 """Of one glyph, nested ones counted each time; a few bytes could ask for billions."""
+ON_CURVE, CUBIC = glyf_flags.flagOnCurve, glyf_flags.flagCubic
 
 
 @dataclass(frozen=True)
@@ -40,110 +40,146 @@ class RawOutline:
     points : (1 + m, k, 2) array
         Layer 0 is the default outline, layers 1… its delta sets.
     support : (m, n, 3) array
-    on_curve : (k - 4,) bool array
+    flags : list of k - 4 ints
+        ``ON_CURVE`` and ``CUBIC`` of each point.
     ends : tuple of int
         Index of the last point of each contour.
     """
 
     points: Array
     support: Array
-    on_curve: BoolArray
+    flags: list[int]
     ends: tuple[int, ...]
 
 
-def read_outline(
-    font: TTFont, name: str, depth: int = 0, counter: Iterator[int] | None = None
-) -> RawOutline:
-    """Unpack one glyph, its components included.
+@dataclass
+class _Reading:
+    """One glyph being read: the glyphs unpacked on the way and the components met so far."""
 
-    Raises
-    ------
-    FontError
-        Components nest without end, or are anchored to a point that is not there.
+    name: str
+    known: dict[str, RawOutline] = field(default_factory=dict)
+    components: int = 0
+
+
+class GlyfReader:
+    """The TrueType outlines of a font.
+
+    Parameters
+    ----------
+    font : TTFont
+    axis_count : int
     """
-    counter = counter or count()
-    if depth > MAX_COMPONENT_DEPTH or next(counter) > MAX_COMPONENTS:
-        raise FontError(f"The components of glyph {name!r} nest too deeply or are too many.")
-    glyph = font["glyf"][name]
-    if glyph.isComposite():
-        return _read_composite(font, name, depth, counter)
-    if glyph.numberOfContours > 0:
-        coordinates, ends, flags = glyph.getCoordinates(font["glyf"])
-        points = np.array(coordinates, dtype=np.float64)
-        on_curve = np.array([bool(flag & glyf_flags.flagOnCurve) for flag in flags])
-    else:
-        points, ends, on_curve = np.zeros((0, 2)), [], np.zeros(0, dtype=bool)
-    default = np.concatenate([points, _phantom_points(font, name)])
-    deltas, support = _read_deltas(font, name, default, list(ends))
-    layers = np.concatenate([default[None], deltas])
-    return RawOutline(layers, support, on_curve, tuple(int(end) for end in ends))
+
+    def __init__(self, font: TTFont, axis_count: int) -> None:
+        tag, gvar, hmtx, vmtx = (
+            ("GLYF", "GVAR", "HMTX", "VMTX") if "GLYF" in font else ("glyf", "gvar", "hmtx", "vmtx")
+        )
+        self._font, self._glyf = font, font[tag]
+        self._widths = font[hmtx].metrics
+        self._heights = font[vmtx].metrics if vmtx in font else {}
+        self._variations = GlyphVariations(font, gvar, axis_count)
+
+    def read(self, name: str) -> Unpacked:
+        """Unpack one glyph, its components included.
+
+        Raises
+        ------
+        FontError
+            Components nest without end, or are anchored to a point that is not there.
+        """
+        raw = self._read(name, _Reading(name), 0)
+        points, contours = to_cubics(raw)
+        left, right, top, bottom = np.moveaxis(raw.points[:, -PHANTOMS:], 1, 0)
+        # Rasterisers put the left side bearing point at the origin, and so the outline's delta
+        # sets carry that point's deltas too.
+        points = points - left[:, None] * [1.0, 0.0]
+        return Unpacked(points, raw.support, contours, (right - left)[:, 0], (top - bottom)[:, 1])
+
+    def _read(self, name: str, reading: _Reading, depth: int) -> RawOutline:
+        if depth > MAX_COMPONENT_DEPTH:
+            raise FontError(f"The components of glyph {reading.name!r} nest too deeply.")
+        if name not in reading.known:
+            glyph = self._glyph(name)
+            if glyph.isComposite():
+                # Not remembered on the way down, so that a cycle ends at the depth limit.
+                return self._read_composite(name, glyph, reading, depth)
+            reading.known[name] = self._read_simple(name, glyph)
+        return reading.known[name]
+
+    def _glyph(self, name: str) -> Any:
+        """One glyph of the table; what it unpacks is not kept in the table."""
+        glyph = copy(self._glyf.glyphs[name])
+        # The flag of cubic points counts in GLYF only, for fontTools and HarfBuzz alike.
+        glyph.expand(self._glyf)
+        return glyph
+
+    def _read_simple(self, name: str, glyph: Any) -> RawOutline:
+        points, ends, flags = np.zeros((0, 2)), [], []
+        if glyph.numberOfContours > 0:
+            points = np.array(list(glyph.coordinates), dtype=np.float64)
+            ends, flags = list(glyph.endPtsOfContours), list(glyph.flags)
+        default = np.concatenate([points, self._phantom_points(name, glyph)])
+        deltas, support = self._deltas(name, default, ends)
+        return RawOutline(np.concatenate([default[None], deltas]), support, flags, tuple(ends))
+
+    def _deltas(self, name: str, default: Array, ends: list[int]) -> tuple[Array, Array]:
+        return self._variations.read(name, self._font.getGlyphID(name), default, ends)
+
+    def _phantom_points(self, name: str, glyph: Any) -> Array:
+        """Left and right side bearing points, then top and bottom ones."""
+        advance, bearing = self._widths[name]
+        left = getattr(glyph, "xMin", 0) - bearing
+        height, bearing = self._heights.get(name, (0, 0))
+        top = getattr(glyph, "yMax", 0) + bearing
+        return np.array([[left, 0], [left + advance, 0], [0, top], [0, top - height]], dtype=float)
+
+    def _read_composite(self, name: str, glyph: Any, reading: _Reading, depth: int) -> RawOutline:
+        """Place each component; a composite's own deltas move the components' offsets."""
+        components = glyph.components
+        reading.components += len(components)
+        if reading.components > MAX_COMPONENTS:
+            raise FontError(
+                f"The components of glyph {reading.name!r} are too many: the limit is "
+                f"{MAX_COMPONENTS}, nested ones counted each time."
+            )
+        # In gvar a composite has one "point" for each component, its offset, then the phantoms.
+        offsets = [[getattr(c, "x", 0), getattr(c, "y", 0)] for c in components]
+        default = np.concatenate([np.reshape(offsets, (-1, 2)), self._phantom_points(name, glyph)])
+        deltas, own_support = self._deltas(name, default, list(range(len(components))))
+        children = [self._read(c.glyphName, reading, depth + 1) for c in components]
+        support, indices = merge_regions([own_support, *(child.support for child in children)])
+        check_size(reading.name, sum(child.points.shape[1] for child in children), len(support))
+        own = _spread(np.concatenate([default[None], deltas]), indices[0], len(support))
+        phantoms = own[:, -PHANTOMS:]
+        placed: list[Array] = []
+        flags: list[int] = []
+        ends: list[int] = []
+        for number, (component, child) in enumerate(zip(components, children, strict=True)):
+            layers = _spread(child.points, indices[1 + number], len(support))
+            if component.flags & glyf_flags.USE_MY_METRICS:
+                phantoms = layers[:, -PHANTOMS:]
+            placed.append(_place(component, layers[:, :-PHANTOMS], own[:, number], placed, name))
+            ends += [len(flags) + end for end in child.ends]
+            flags += child.flags
+        return RawOutline(np.concatenate([*placed, phantoms], axis=1), support, flags, tuple(ends))
 
 
-def _phantom_points(font: TTFont, name: str) -> Array:
-    """Left and right side bearing points, then the two vertical ones, which go unused here."""
-    advance, bearing = font["hmtx"][name]
-    left = getattr(font["glyf"][name], "xMin", 0) - bearing
-    return np.array([[left, 0], [left + advance, 0], [0, 0], [0, 0]], dtype=np.float64)
+def _spread(layers: Array, where: IntArray, count: int) -> Array:
+    """Lay layers out over ``count`` merged regions; repeated regions add up."""
+    deltas = np.tensordot(selection(where, count).T, layers[1:], 1)
+    return np.concatenate([layers[:1], deltas])
 
 
-def _read_deltas(font: TTFont, name: str, default: Array, ends: list[int]) -> tuple[Array, Array]:
-    """The delta sets of one glyph, (m, k, 2), left-out deltas inferred, and their support."""
-    keys = axis_keys(font)
-    variations = font["gvar"].variations.get(name, []) if "gvar" in font else []
-    deltas = np.zeros((len(variations), *default.shape))
-    support = np.zeros((len(variations), len(keys), 3))
-    for j, variation in enumerate(variations):
-        support[j] = [variation.axes.get(key, (0, 0, 0)) for key in keys]
-        if None in variation.coordinates:
-            # Each phantom point counts as a contour of its own: nothing is inferred for it.
-            deltas[j] = iup_delta(variation.coordinates, default.tolist(), ends)
-        else:
-            deltas[j] = variation.coordinates
-    return deltas, support
-
-
-def _read_composite(font: TTFont, name: str, depth: int, counter: Iterator[int]) -> RawOutline:
-    """Place each component; a composite's own deltas move the components' offsets."""
-    components = font["glyf"][name].components
-    # In gvar a composite has one "point" for each component, its offset, then the phantoms.
-    offsets = [[getattr(c, "x", 0), getattr(c, "y", 0)] for c in components]
-    default = np.concatenate([np.reshape(offsets, (-1, 2)), _phantom_points(font, name)])
-    deltas, own_support = _read_deltas(font, name, default, list(range(len(components))))
-    children = [read_outline(font, c.glyphName, depth + 1, counter) for c in components]
-    support, indices = merge_regions([own_support, *(child.support for child in children)])
-
-    def spread(default_and_deltas: Array, where: IntArray) -> Array:
-        """Lay layers out over the merged regions; repeated regions add up."""
-        deltas = np.tensordot(selection(where, len(support)).T, default_and_deltas[1:], 1)
-        return np.concatenate([default_and_deltas[:1], deltas])
-
-    own = spread(np.concatenate([default[None], deltas]), indices[0])
-    phantoms = own[:, -PHANTOMS:]
-    placed = np.zeros((1 + len(support), 0, 2))
-    on_curve: list[BoolArray] = []
-    ends: list[int] = []
-    for number, (component, child) in enumerate(zip(components, children, strict=True)):
-        layers = spread(child.points, indices[1 + number])
-        if component.flags & glyf_flags.USE_MY_METRICS:
-            phantoms = layers[:, -PHANTOMS:]
-        moved = _place(component, layers[:, :-PHANTOMS], own[:, number], placed, name)
-        ends += [placed.shape[1] + end for end in child.ends]
-        placed = np.concatenate([placed, moved], axis=1)
-        on_curve.append(child.on_curve)
-    return RawOutline(
-        np.concatenate([placed, phantoms], axis=1), support, np.concatenate(on_curve), tuple(ends)
-    )
-
-
-def _place(component: Any, layers: Array, offset: Array, placed: Array, name: str) -> Array:
+def _place(component: Any, layers: Array, offset: Array, placed: list[Array], name: str) -> Array:
     """Scale and shift a component's layers; deltas scale and shift just as points do."""
     matrix = np.array(getattr(component, "transform", ((1.0, 0.0), (0.0, 1.0))))
     flags = component.flags
     if hasattr(component, "firstPt"):
         layers = layers @ matrix
         try:
-            offset = placed[:, component.firstPt] - layers[:, component.secondPt]
-        except IndexError:
+            before = np.concatenate(placed, axis=1)
+            offset = before[:, component.firstPt] - layers[:, component.secondPt]
+        except (IndexError, ValueError):
             raise FontError(f"A component of {name!r} is anchored to a missing point.") from None
         return layers + offset[:, None]
     both = glyf_flags.SCALED_COMPONENT_OFFSET | glyf_flags.UNSCALED_COMPONENT_OFFSET
@@ -152,65 +188,84 @@ def _place(component: Any, layers: Array, offset: Array, placed: Array, name: st
     return layers @ matrix + offset[:, None]
 
 
-def to_cubics(raw: RawOutline) -> tuple[Array, tuple[int, ...]]:
+def to_cubics(raw: RawOutline) -> tuple[Array, list[int]]:
     """Rewrite the contours as closed chains of cubic segments.
 
     Returns
     -------
-    layers : (1 + m, k, 2) array
+    layers : (1 + m, 3 s, 2) array
         Control points; a contour of s segments has 3 s of them, its end being its start.
-    contours : tuple of int
+    contours : list of int
         s of each contour. Contours of a single point (anchors) are dropped.
     """
-    layers, contours = [], []
+    trace = _Trace(raw.flags)
+    contours = []
     start = 0
     for end in raw.ends:
-        on_curve = raw.on_curve[start : end + 1]
-        if len(on_curve) > 1:
-            points = np.moveaxis(raw.points[:, start : end + 1], 0, 1)
-            cubics = _cubics(points, on_curve)
-            layers.append(np.moveaxis(cubics, 0, 1))
-            contours.append(len(cubics) // 3)
+        if end > start:
+            before = len(trace.segments)
+            trace.contour(start, end)
+            contours.append(len(trace.segments) - before)
         start = end + 1
-    if not layers:
-        return np.zeros((len(raw.points), 0, 2)), ()
-    return np.concatenate(layers, axis=1), tuple(contours)
+    points = raw.points[:, :-PHANTOMS]
+    if trace.implied:
+        one, other = np.transpose(trace.implied)
+        points = np.concatenate([points, (points[:, one] + points[:, other]) / 2], axis=1)
+    return chain(points, trace.segments), contours
 
 
-def _cubics(points: Array, on_curve: BoolArray) -> Array:
-    """A quadratic contour's k points, (k, 1 + m, 2), as cubic control points, (3 s, 1 + m, 2)."""
-    k = len(points)
-    # The contour starts on its first point, else on its last, else midway between them.
-    if on_curve[0]:
-        order = range(1, k + 1)
-        start = points[0]
-    elif on_curve[-1]:
-        order = range(k)
-        start = points[-1]
-    else:
-        order = range(k + 1)
-        start = (points[0] + points[-1]) / 2
-    rows: list[Array] = []
-    here, control = start, None
+class _Trace:
+    """Follows contours point by point, in indices only.
 
-    def segment(end: Array) -> None:
-        # A line's control points lie at its thirds, so that t is even along it; raising a
-        # quadratic's degree puts them two thirds of the way to its off-curve point.
-        inner = [(2 * here + end) / 3, (here + 2 * end) / 3]
-        if control is not None:
-            inner = [(here + 2 * control) / 3, (2 * control + end) / 3]
-        rows.extend([here, *inner])
+    Attributes
+    ----------
+    segments : list of (start, first control, second control, end, order)
+        Indices of points, implied points after those of the file; see :func:`.unpacked.chain`.
+    implied : list of (int, int)
+        The points that each implied on-curve point lies midway between.
+    """
 
-    last = len(order) - 1
-    for step, index in enumerate(order):
-        point = start if step == last else points[index % k]
-        if step == last or on_curve[index % k]:
-            segment(point)
-            here, control = point, None
+    def __init__(self, flags: list[int]) -> None:
+        self._flags = flags
+        self.segments: list[tuple[int, int, int, int, int]] = []
+        self.implied: list[tuple[int, int]] = []
+
+    def contour(self, first: int, last: int) -> None:
+        """Follow one closed contour."""
+        flags, ring = self._flags, list(range(first, last + 1))
+        # It starts on its first point, else on its last, else midway between them. A curve of
+        # order 3 may begin in the middle of its controls, so there the first point on it is taken.
+        if flags[first] & ON_CURVE:
+            here, rest = first, [*ring[1:], first]
+        elif flags[last] & ON_CURVE:
+            here, rest = last, ring
         else:
-            if control is not None:
-                middle = (control + point) / 2
-                segment(middle)
-                here = middle
-            control = point
-    return np.array(rows)
+            on = [i for i in ring if flags[i] & ON_CURVE and flags[first] & CUBIC]
+            here = on[0] if on else self._between(last, first)
+            cut = here + 1 - first if on else 0
+            rest = [*ring[cut:], *ring[:cut]] if on else [*ring, here]
+        controls: list[int] = []
+        for i in rest:
+            if i < len(flags) and not flags[i] & ON_CURVE:
+                if controls and len(controls) == (2 if flags[controls[0]] & CUBIC else 1):
+                    here = self._segment(here, controls, self._between(controls[-1], i))
+                    controls = []
+                controls.append(i)
+            else:
+                here = self._segment(here, controls, i)
+                controls = []
+
+    def _between(self, one: int, other: int) -> int:
+        self.implied.append((one, other))
+        return len(self._flags) + len(self.implied) - 1
+
+    def _segment(self, here: int, controls: list[int], end: int) -> int:
+        if not controls:
+            self.segments.append((here, end, here, end, 1))
+        elif len(controls) == 2:
+            self.segments.append((here, controls[0], controls[1], end, 3))
+        elif self._flags[controls[0]] & CUBIC:
+            raise FontError("A cubic curve of the glyf table has one control point; it needs two.")
+        else:
+            self.segments.append((here, controls[0], controls[0], end, 2))
+        return end

@@ -1,63 +1,82 @@
-"""Advance widths and how they vary: HVAR when present, phantom points when not.
+"""Advances and how they vary: HVAR or VVAR when present, phantom points when not.
 
-OpenType, "HVAR" table and "Item variation stores".
+OpenType, "HVAR" and "VVAR" tables.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from fontTools.ttLib import TTFont
 
 from ..arrays import Array
-from ..errors import FontError
-from .glyf import PHANTOMS, RawOutline
+from .varstore import NO_VARIATION, VariationStore
 
 
-def read_advance(font: TTFont, name: str, raw: RawOutline) -> tuple[float, Array, Array]:
-    """One glyph's advance width, in font units.
+class Advance(NamedTuple):
+    """One glyph's advance in font units, as :class:`vfwidget.Glyph` takes it.
 
-    Returns
-    -------
+    Attributes
+    ----------
     default : float
     deltas : (m,) array
     support : (m, n, 3) array
     """
-    if "HVAR" not in font:
-        left, right = raw.points[:, -PHANTOMS, 0], raw.points[:, 1 - PHANTOMS, 0]
-        return float(right[0] - left[0]), (right - left)[1:], raw.support
-    default = float(font["hmtx"][name][0])
-    tags = [axis.axisTag for axis in font["fvar"].axes]
-    table = font["HVAR"].table
-    mapping = table.AdvWidthMap.mapping if table.AdvWidthMap else None
-    index = font.getGlyphID(name) if mapping is None else mapping.get(name, 0xFFFFFFFF)
-    outer, inner = index >> 16, index & 0xFFFF
-    subtables = table.VarStore.VarData
-    # An index that leads nowhere means that the advance does not vary.
-    if outer >= len(subtables) or inner >= len(subtables[outer].Item):
-        return default, np.zeros(0), np.zeros((0, len(tags), 3))
-    data = subtables[outer]
-    support = _region_supports(table.VarStore, len(tags))[data.VarRegionIndex]
-    deltas = np.array(data.Item[inner], dtype=np.float64)
-    if len(deltas) != len(support):
-        raise FontError(f"The HVAR table is damaged: too few deltas for glyph {name!r}.")
-    return default, deltas, support
+
+    default: float
+    deltas: Array
+    support: Array
 
 
-def read_positioning_regions(font: TTFont) -> Array:
+class Advances:
+    """The advances of a font along one direction.
+
+    Parameters
+    ----------
+    font : TTFont
+    axis_count : int
+    vertical : bool
+        Advance heights (vmtx, VVAR) in place of advance widths (hmtx, HVAR). Default false.
+    """
+
+    def __init__(self, font: TTFont, axis_count: int, vertical: bool = False) -> None:
+        metrics, variations, mapping = (
+            ("vmtx", "VVAR", "AdvHeightMap") if vertical else ("hmtx", "HVAR", "AdvWidthMap")
+        )
+        # Fonts of more than 65,535 glyphs have a table of a longer format.
+        metrics = metrics.upper() if metrics.upper() in font else metrics
+        self._defaults = font[metrics].metrics if metrics in font else {}
+        self._axis_count = axis_count
+        self._store = None
+        if variations in font:
+            table = font[variations].table
+            self._store = VariationStore(table.VarStore, axis_count, variations)
+            index = getattr(table, mapping)
+            self._index: dict[str, int] | None = index.mapping if index else None
+
+    def read(self, name: str, glyph_id: int, layers: Array | None, support: Array) -> Advance:
+        """One glyph's advance.
+
+        Parameters
+        ----------
+        name : str
+        glyph_id : int
+        layers : (1 + m,) array or None
+            Advance by the phantom points of the outline, if its format has such points.
+        support : (m, n, 3) array
+            The support of these layers.
+        """
+        default = float(self._defaults.get(name, (0, 0))[0])
+        if self._store is not None:
+            index = glyph_id if self._index is None else self._index.get(name, NO_VARIATION)
+            return Advance(default, *self._store.row(index))
+        if layers is not None:
+            return Advance(float(layers[0]), layers[1:], support)
+        return Advance(default, np.zeros(0), np.zeros((0, self._axis_count, 3)))
+
+
+def read_positioning_regions(font: TTFont, axis_count: int) -> Array:
     """Supports (m, n, 3) of the regions over which anchors and kerning may vary (GDEF)."""
     store = getattr(font["GDEF"].table, "VarStore", None) if "GDEF" in font else None
-    axes = len(font["fvar"].axes)
-    return _region_supports(store, axes) if store else np.zeros((0, axes, 3))
-
-
-def _region_supports(store: Any, axes: int) -> Array:
-    """Start, peak and end of each region of an item variation store on each axis, (m, n, 3)."""
-    return np.array(
-        [
-            [(axis.StartCoord, axis.PeakCoord, axis.EndCoord) for axis in region.VarRegionAxis]
-            for region in store.VarRegionList.Region
-        ],
-        dtype=np.float64,
-    ).reshape(-1, axes, 3)
+    return VariationStore(store, axis_count, "GDEF").regions

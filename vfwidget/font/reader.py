@@ -1,34 +1,64 @@
-"""From the tables of a font file to one glyph."""
+"""From the tables of a font file to one glyph, whatever the format of its outlines."""
 
 from __future__ import annotations
 
 import numpy as np
 from fontTools.ttLib import TTFont
 
+from ..errors import FontError
 from ..outline.glyph import Glyph
-from .glyf import PHANTOMS, read_outline, to_cubics
-from .metrics import read_advance
+from .cff import CffReader
+from .glyf import GlyfReader
+from .metrics import Advances
+
+OUTLINE_TABLES: dict[str, type[GlyfReader] | type[CffReader]] = {
+    **{"GLYF": GlyfReader, "glyf": GlyfReader, "CFF2": CffReader, "CFF ": CffReader}
+}
+"""Which reader knows each table; where a font has several, the first of them is read."""
 
 
-def read_glyph(font: TTFont, name: str) -> Glyph:
-    """Unpack one glyph.
+class GlyphReader:
+    """Unpacks the glyphs of one font.
+
+    Parameters
+    ----------
+    font : TTFont
+    axis_count : int
 
     Raises
     ------
     FontError
-        The glyph's data are damaged.
+        The font has no outlines in a format that is known.
     """
-    raw = read_outline(font, name)
-    layers, contours = to_cubics(raw)
-    # Rasterisers put the left side bearing point at the origin, and so the outline's delta
-    # sets carry that point's deltas too.
-    layers = layers - raw.points[:, -PHANTOMS, None] * [1.0, 0.0]
-    return Glyph(
-        layers[0],
-        np.moveaxis(layers[1:], 0, -1),
-        raw.support,
-        contours,
-        read_advance(font, name, raw),
-        name,
-        font.getGlyphID(name),
-    )
+
+    def __init__(self, font: TTFont, axis_count: int) -> None:
+        tag = next((tag for tag in OUTLINE_TABLES if tag in font), None)
+        if tag is None:
+            raise FontError(
+                "This font has no outlines that can be read: it has none of the tables "
+                f"{', '.join(table.strip() for table in OUTLINE_TABLES)}. "
+                "Load a font with outlines; bitmaps and SVG pictures cannot vary."
+            )
+        self._font = font
+        self._outlines = OUTLINE_TABLES[tag](font, axis_count)
+        self._widths = Advances(font, axis_count)
+
+    def read(self, name: str) -> Glyph:
+        """Unpack one glyph.
+
+        Raises
+        ------
+        FontError
+            The glyph's data are damaged.
+        """
+        glyph_id: int = self._font.getGlyphID(name)
+        drawn = self._outlines.read(name)
+        return Glyph(
+            drawn.points[0],
+            np.moveaxis(drawn.points[1:], 0, -1),
+            drawn.support,
+            drawn.contours,
+            self._widths.read(name, glyph_id, drawn.width, drawn.support),
+            name,
+            glyph_id,
+        )

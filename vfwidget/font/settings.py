@@ -35,7 +35,7 @@ def read_conditions(font: TTFont) -> tuple[IntArray, IntArray]:
     TextError
         A condition is not a range of an axis.
     """
-    n = len(font["fvar"].axes)
+    n = len(font["fvar"].axes) if "fvar" in font else 0
     gsub, gpos = (_boxes(font[tag].table if tag in font else None, n) for tag in ("GSUB", "GPOS"))
     return gsub, gpos
 

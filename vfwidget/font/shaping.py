@@ -91,7 +91,10 @@ class Shaper:
         self._advance: Callable[[int], float] = lambda _: 0.0
         functions = hb.FontFuncs()
         functions.set_glyph_h_advance_func(
-            lambda _font, glyph_id, _data: round(SCALE * self._advance(glyph_id))
+            # A damaged cmap may name glyphs that do not exist.
+            lambda _font, glyph_id, _data: (
+                round(SCALE * self._advance(glyph_id)) if glyph_id < self._face.glyph_count else 0
+            )
         )
         self._font.funcs = functions
         self._lock = Lock()

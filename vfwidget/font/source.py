@@ -32,14 +32,16 @@ def bundled_fonts() -> tuple[str, ...]:
     return tuple(sorted(name.stem for name in names if name.suffix == ".woff2"))
 
 
-def open_font(source: FontSource) -> TTFont:
+def open_font(source: FontSource, index: int = 0) -> TTFont:
     """Open a font file, in full and within limits, on a reader of its own.
 
     Parameters
     ----------
     source : str, path, bytes or fontTools.ttLib.TTFont
         A bundled name, a path, an ``http(s)`` URL, the bytes of a font file (TTF, OTF, WOFF,
-        WOFF2, or a collection, of which the first font is taken), or a font already open.
+        WOFF2, or a collection), or a font already open.
+    index : int
+        Which font of a collection, from 0.
 
     Raises
     ------
@@ -55,9 +57,12 @@ def open_font(source: FontSource) -> TTFont:
             "If you trust the file, raise vfwidget.limits.font_file_bytes."
         )
     check_unpacked_size(data)
+    count = _font_count(data)
+    if not isinstance(index, int) or not 0 <= index < count:
+        raise FontError(f"This file has no font of index {index!r}; it holds {count} font(s).")
     try:
         # A damaged file can fail anywhere in the parser, with any exception.
-        font = TTFont(io.BytesIO(data), fontNumber=0, lazy=True)
+        font = TTFont(io.BytesIO(data), fontNumber=index, lazy=True)
     except Exception as error:
         raise FontError(f"Not a font file that can be read ({reason(error)}).") from error
     # A WOFF2 file has been unpacked in full by now; of the others only the directory was read.
@@ -65,6 +70,11 @@ def open_font(source: FontSource) -> TTFont:
     if any(table.offset + table.length > len(data) for table in tables):
         raise FontError("The font file is truncated: it ends before its tables do.")
     return font
+
+
+def _font_count(data: bytes) -> int:
+    """How many fonts a file holds: 1, except for a collection (OpenType, "TTC header")."""
+    return int.from_bytes(data[8:12], "big") if data[:4] == b"ttcf" else 1
 
 
 def font_bytes(font: TTFont) -> bytes:

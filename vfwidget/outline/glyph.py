@@ -180,11 +180,16 @@ class Glyph:
         return AffineGlyph(
             outline.base,
             outline.deltas,
-            outline.regions.support,
+            outline.support,
             float(advance.base),
             advance.deltas,
-            advance.regions.support,
+            advance.support,
         )
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the glyph's arrays, in bytes."""
+        return self.outline.nbytes + self.advance_width.nbytes
 
     @property
     def default(self) -> torch.Tensor:
@@ -199,7 +204,7 @@ class Glyph:
     @property
     def support(self) -> torch.Tensor:
         """Start, peak and end of each delta set on each axis, (m, n, 3)."""
-        return to_tensor(self._affine(self.outline).regions.support)
+        return to_tensor(self._affine(self.outline).support)
 
     def scalars(self, w: ArrayLike) -> torch.Tensor:
         """Scalars γ(w) of the delta sets, (..., m) (Eq. 2; the paper calls them scaling factors).

@@ -32,17 +32,24 @@ class Varying(ABC):
     ----------
     shape : tuple of int
         The shape of the quantity: (k, 2) for the control points of an outline, () for a number.
-    breakpoints : list of n arrays
-        The sorted coordinates of each axis at which the derivative may jump.
     """
 
     shape: tuple[int, ...]
-    breakpoints: list[Array]
+
+    @property
+    @abstractmethod
+    def breakpoints(self) -> list[Array]:
+        """For each of n axes, the sorted coordinates at which the derivative may jump."""
 
     @property
     def axis_count(self) -> int:
         """The number n of coordinates."""
         return len(self.breakpoints)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the quantity's arrays, in bytes."""
+        return 0
 
     @abstractmethod
     def value(self, w: Any) -> Any:
@@ -70,10 +77,9 @@ class Affine(Varying):
 
     Attributes
     ----------
-    base, deltas : float64 arrays
+    base, deltas, support : float64 arrays
         The numbers without the autograd graph they may have come with. If ``base`` or ``deltas``
         is a tensor that requires grad, results computed from a tensor w carry that gradient.
-    regions : Regions
 
     Raises
     ------
@@ -82,7 +88,7 @@ class Affine(Varying):
     """
 
     def __init__(self, base: ArrayLike, deltas: ArrayLike, support: ArrayLike) -> None:
-        self.base, self.deltas, support = (_numbers(part) for part in (base, deltas, support))
+        self.base, self.deltas, self.support = map(_numbers, (base, deltas, support))
         self.shape = self.base.shape
         if self.deltas.shape[:-1] != self.shape or self.deltas.ndim != self.base.ndim + 1:
             raise GlyphError(
@@ -90,15 +96,33 @@ class Affine(Varying):
                 f"{_spelled(self.shape, 'm')}; got {self.deltas.shape}."
             )
         m = self.deltas.shape[-1]
-        if support.ndim != 3 or support.shape[::2] != (m, 3):
+        if self.support.ndim != 3 or self.support.shape[::2] != (m, 3):
             raise GlyphError(
                 f"The support of {m} delta sets must have the shape ({m}, n, 3), "
-                f"start, peak and end on each of n axes; got {support.shape}."
+                f"start, peak and end on each of n axes; got {self.support.shape}."
             )
-        self.regions = Regions(support)
-        self.breakpoints = self.regions.breakpoints
         graph = [to_tensor(part).double() for part in (base, deltas) if _requires_grad(part)]
         self._graph = (to_tensor(base).double(), to_tensor(deltas).double()) if graph else None
+
+    @cached_property
+    def regions(self) -> Regions:
+        """The support, made ready for evaluation."""
+        return Regions(self.support)
+
+    @property
+    def breakpoints(self) -> list[Array]:
+        """See :attr:`Varying.breakpoints`."""
+        return self.regions.breakpoints
+
+    @property
+    def axis_count(self) -> int:
+        """The number n of coordinates."""
+        return self.support.shape[1]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the quantity's arrays, in bytes."""
+        return self.base.nbytes + self.deltas.nbytes + self.support.nbytes
 
     @cached_property
     def tensors(self) -> tuple[Any, Any]:

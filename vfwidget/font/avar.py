@@ -1,0 +1,77 @@
+"""Segment maps of the avar table, repaired as HarfBuzz does where they are invalid.
+
+OpenType, "avar" table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from fontTools.ttLib import TTFont
+
+from ..errors import FontError, FontWarning, warn_caller
+
+SegmentMap = tuple[tuple[float, float], ...]
+IDENTITY_MAP: SegmentMap = ((-1.0, -1.0), (0.0, 0.0), (1.0, 1.0))
+
+
+def read_segment_maps(font: TTFont, tags: Sequence[str]) -> list[SegmentMap]:
+    """The segment map of each axis, in the order of fvar.
+
+    Warns
+    -----
+    FontWarning
+        A map is invalid.
+    """
+    if "avar" not in font:
+        return [IDENTITY_MAP for _ in tags]
+    if font["avar"].majorVersion != 1:
+        raise FontError("This font's avar table is of version 2, which is not supported.")
+    tables = font["avar"].table.AxisSegmentMap
+    maps = [[(v.FromCoordinate, v.ToCoordinate) for v in t.AxisValueMap] for t in tables]
+    maps += [[]] * (len(tags) - len(maps))
+    return [_valid(tag, pairs) for tag, pairs in zip(tags, maps, strict=False)]
+
+
+def _valid(tag: str, pairs: list[tuple[float, float]]) -> SegmentMap:
+    if not pairs:
+        return IDENTITY_MAP
+    source, target = np.transpose(pairs)
+    rises = (np.diff(source) > 0).all() and (np.diff(target) >= 0).all()
+    if rises and set(IDENTITY_MAP) <= set(pairs):
+        return tuple(pairs)
+    warn_caller(
+        f"The avar map of axis {tag!r} is invalid: it must rise and take -1, 0 and 1 to "
+        "themselves. It is read as HarfBuzz reads it.",
+        FontWarning,
+    )
+    # Outside its ends the map goes on with slope 1, until it comes to -1 or 1.
+    limits = [x + side - y for x, y in (pairs[0], pairs[-1]) for side in (-1, 1)]
+    corners = sorted({-1.0, 0.0, 1.0, *(x for x in [*source.tolist(), *limits] if abs(x) <= 1)})
+    return tuple((x, float(np.clip(_map_as_harfbuzz(x, pairs), -1, 1))) for x in corners)
+
+
+def _map_as_harfbuzz(x: float, pairs: list[tuple[float, float]]) -> float:
+    """A normalized coordinate through a map that may be invalid (HarfBuzz, hb-ot-var-avar-table).
+
+    Outside its ends a map goes on with slope 1.
+    """
+    # Some fonts state an end twice.
+    if len(pairs) > 1 and pairs[0] == (-1, -1) and pairs[1][0] == -1:
+        pairs = pairs[1:]
+    if len(pairs) > 1 and pairs[-1] == (1, 1) and pairs[-2][0] == 1:
+        pairs = pairs[:-1]
+    exact = [target for source, target in pairs if source == x]
+    if len(exact) == 3:
+        return exact[1]
+    if exact:
+        if x == 0:
+            return min(exact[0], exact[-1], key=abs)
+        return exact[-1] if x < 0 else exact[0]
+    after = next((i for i, pair in enumerate(pairs) if x < pair[0]), len(pairs))
+    if after in (0, len(pairs)):
+        source, target = pairs[0 if after == 0 else -1]
+        return x - source + target
+    (x0, y0), (x1, y1) = pairs[after - 1], pairs[after]
+    return y0 + (x - x0) * (y1 - y0) / (x1 - x0)
