@@ -10,8 +10,9 @@ import numpy as np
 
 from ..arrays import Array
 from ..solver.drivers import active_bounds, minimise
-from ..solver.least_squares import LIMIT, Iterate
+from ..solver.least_squares import Iterate
 from ..solver.problem import Problem, State, Tolerances
+from ..solver.status import ITERATION_LIMIT
 from ..text import Text
 from .handle_terms import Pin
 from .term import Account, Energy, Term
@@ -169,7 +170,14 @@ def solve(
     problem = Problem(lower, upper, kinks, scale_by_columns=False, tolerances=tolerances)
 
     def descend(energy: Energy, x0: Array, history: list[Any]) -> State:
-        return minimise(problem, x0, energy.residual, energy.jacobian, max_iterations, history)
+        return minimise(
+            problem,
+            x0,
+            energy.residual,
+            energy.jacobian,
+            max_iterations=max_iterations,
+            history=history,
+        )
 
     def run(x0: Array) -> tuple[State, list[Any], list[Account], float]:
         history: list[Any] = []
@@ -196,14 +204,16 @@ def solve(
 
     state, history, accounts, miss = best
     active = active_bounds(problem, state, energy.jacobian).reshape(start.shape)
-    status = ("unreachable" if miss > MET else "converged") if state.reason else "running"
+    assert state.outcome is not None
+    ended = state.outcome.status != ITERATION_LIMIT
+    status = ("unreachable" if miss > MET else "converged") if ended else "running"
     return Solution(
         text=text.moved(state.x.reshape(start.shape)),
         start=text,
         cost=state.cost,
         iterations=state.iterations,
         status=status,
-        message=_explain(text, active, miss) if state.reason else LIMIT.format(max_iterations),
+        message=_explain(text, active, miss) if ended else state.outcome.message,
         terms=accounts,
         active=active,
         history=[Iterate(x.reshape(start.shape), cost) for x, cost in history],

@@ -2,39 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
+from time import perf_counter
 from typing import Any, TypeAlias, cast
 
 import numpy as np
 
 from ..arrays import Array
+from ..errors import SolveError
 from .levenberg_marquardt import init, step
-from .linearize import OFFSET, half_gradient
+from .linearize import OFFSET
 from .problem import Kind, Problem, Requests, State
+from .renewal import Renewal
+from .status import OUT_OF_TIME, out_of_iterations
 
 Function: TypeAlias = Callable[[Array], Array]
 History: TypeAlias = list[tuple[Array, float]]
 """x and the cost at the start and after each accepted step."""
 
 
-def solve_whole(problem: Problem, start: Array, max_iterations: int, history: History) -> Requests:
-    """Step until there is a reason to stop or the iteration limit is reached.
+def solve_whole(
+    problem: Problem,
+    start: Array,
+    max_iterations: int,
+    history: History,
+    deadline: float = math.inf,
+) -> Requests:
+    """Step until there is a reason to stop, and return the final State.
 
-    The start and each accepted point are appended to ``history``. Returns the final State.
+    The start, each accepted point and its cost are appended to ``history``; the result is its
+    last entry. ``deadline`` is a value of ``time.perf_counter()``.
     """
     state: State = yield from init(problem, start)
     history.append((state.x, state.cost))
-    while not state.reason and state.iterations < max_iterations:
-        count = state.iterations
+    renewal = Renewal(problem, state.x, state.cost) if problem.renews else None
+    while state.outcome is None:
+        if state.iterations >= max_iterations:
+            state.outcome = out_of_iterations(max_iterations)
+            break
+        if perf_counter() > deadline:
+            state.outcome = OUT_OF_TIME
+            break
+        count, damping = state.iterations, state.damping
         yield from step(problem, state)
         if state.iterations > count:
+            if renewal is not None:
+                yield from renewal.after_step(state, damping)
+            history.append((state.x, state.cost))
+    if renewal is not None:
+        yield from renewal.finish(state)
+        if state.x is not history[-1][0]:
             history.append((state.x, state.cost))
     return state
 
 
-def answer(requests: Requests, residual: Function, jacobian: Function) -> Any:
+def answer(requests: Requests, functions: Mapping[Kind, Function]) -> Any:
     """Evaluate the functions that a generator requests until it returns; its return value."""
-    functions = {Kind.RESIDUAL: residual, Kind.JACOBIAN: jacobian}
     with _quiet():
         try:
             request = next(requests)
@@ -49,8 +73,11 @@ def minimise(
     start: Array,
     residual: Function,
     jacobian: Function,
+    renew: Function | None = None,
+    *,
     max_iterations: int = 100,
     history: History | None = None,
+    deadline: float = math.inf,
 ) -> State:
     """Solve one problem.
 
@@ -61,18 +88,35 @@ def minimise(
         A point within the bounds.
     residual, jacobian : callable
         x (n,) to (m,), and x to (m, n).
+    renew : callable, optional
+        x to (m,), where m may change. Required if ``problem.renews``: it updates what the
+        residual depends on, and returns the residual (see :class:`.problem.Kind`).
     max_iterations : int
         The largest number of accepted steps. Default 100.
     history : list, optional
         x and the cost are appended at the start and after each accepted step.
+    deadline : float
+        The value of ``time.perf_counter()`` after which no further step is tried. The step that
+        runs at that time is finished. Default: no limit.
 
     Returns
     -------
     State
+
+    Raises
+    ------
+    SolveError
+        The residual at the start or a Jacobian is not finite, or has the wrong shape; or
+        ``renew`` is missing.
     """
+    if problem.renews and renew is None:
+        raise SolveError("This problem renews its residual between steps; pass the function renew.")
     history = [] if history is None else history
-    requests = solve_whole(problem, start, max_iterations, history)
-    return cast(State, answer(requests, residual, jacobian))
+    requests = solve_whole(problem, start, max_iterations, history, deadline)
+    functions = {Kind.RESIDUAL: residual, Kind.JACOBIAN: jacobian}
+    if renew is not None:
+        functions[Kind.RENEW] = renew
+    return cast(State, answer(requests, functions))
 
 
 def minimise_batch(
@@ -127,5 +171,5 @@ def active_bounds(problem: Problem, state: State, jacobian: Function) -> Array:
     else:
         # The slope within the bounds is the one that counts.
         inside = state.x + OFFSET * at_lower - OFFSET * at_upper
-        gradient = half_gradient(problem, state, jacobian(inside))
+        gradient = problem.half_gradient(state.residual, jacobian(inside), state.x)
     return (at_upper & (gradient < 0)).astype(int) - (at_lower & (gradient > 0))

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -17,9 +17,9 @@ from ..errors import SolveError
 from .drivers import History, active_bounds, minimise, minimise_batch
 from .loss import LOSSES
 from .problem import Problem, State, Tolerances
+from .status import CONVERGED, Outcome
 
 LEAST_REACH = 1e-3
-LIMIT = "stopped at the limit of {} iterations"
 
 
 class Iterate(NamedTuple):
@@ -43,9 +43,11 @@ class Result:
     iterations : int
         Accepted steps.
     status : str
-        Why it stopped, in words.
+        How the solve has ended, in a word of :mod:`vfwidget.solver.status`.
+    message : str
+        The reason, in a sentence.
     converged : bool
-        False when the iteration limit came first.
+        Whether the status is ``"converged"``.
     history : list of Iterate
         The start and the best point after every step that was accepted.
     """
@@ -55,6 +57,7 @@ class Result:
     residual: Any
     iterations: Any
     status: Any
+    message: Any
     converged: Any
     history: list[Iterate]
     _active: Callable[[], Array] = field(repr=False, compare=False)
@@ -170,9 +173,11 @@ def least_squares(
     if start.ndim == 1:
         history: History = []
         alone = problem(lower, upper)
-        state = minimise(alone, start, answer, derivative, max_iterations, history)
+        state = minimise(
+            alone, start, answer, derivative, max_iterations=max_iterations, history=history
+        )
         active = partial(active_bounds, alone, state, derivative)
-        return _result([state], active, [history], outside, max_iterations, single=True)
+        return _result([state], active, [history], outside, single=True)
     histories: list[History] = [[] for _ in start]
     problems = [problem(*sides) for sides in zip(lower, upper, strict=True)]
     states = minimise_batch(problems, start, answer, derivative, max_iterations, histories)
@@ -186,7 +191,7 @@ def least_squares(
             ]
         )
 
-    return _result(states, actives, histories, outside, max_iterations, single=False)
+    return _result(states, actives, histories, outside, single=False)
 
 
 def _as_they_are(x: Array) -> Any:
@@ -205,10 +210,9 @@ def _result(
     active: Callable[[], Array],
     histories: list[History],
     outside: Callable[[Array], Any],
-    max_iterations: int,
     single: bool,
 ) -> Result:
-    limit = LIMIT.format(max_iterations)
+    outcomes = [cast(Outcome, state.outcome) for state in states]
     # A solve that ended early stands still in the histories of those that went on.
     length = max(len(history) for history in histories)
     padded = [history + history[-1:] * (length - len(history)) for history in histories]
@@ -217,8 +221,9 @@ def _result(
         cost=outside(np.array([state.cost for state in states])),
         residual=outside(np.stack([state.residual for state in states])),
         iterations=np.array([state.iterations for state in states]),
-        status=[state.reason or limit for state in states],
-        converged=np.array([bool(state.reason) for state in states]),
+        status=[outcome.status for outcome in outcomes],
+        message=[outcome.message for outcome in outcomes],
+        converged=np.array([outcome.status == CONVERGED for outcome in outcomes]),
         history=[
             Iterate(
                 outside(np.stack([x for x, _ in moment])),
@@ -236,7 +241,8 @@ def _result(
         residual=result.residual[0],
         iterations=states[0].iterations,
         status=result.status[0],
-        converged=bool(states[0].reason),
+        message=result.message[0],
+        converged=bool(result.converged[0]),
         history=[Iterate(x[0], float(cost[0])) for x, cost in result.history],
         _active=active,
     )

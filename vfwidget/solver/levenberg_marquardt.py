@@ -33,31 +33,41 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SolveError
 from .linearize import cell, linearize
-from .problem import Kind, Model, Problem, Request, Requests, State, Tolerances
-from .quadratic import minimise_quadratic
+from .model import Model
+from .problem import Kind, Problem, Request, Requests, State
+from .quadratic import Quadratic, minimise_over_box
+from .status import (
+    COST_FLOOR,
+    NO_DECREASE,
+    SMALL_DECREASE,
+    SMALL_STEP,
+    STATIONARY,
+    Outcome,
+)
 
-INITIAL_DAMPING, LEAST_DAMPING = 1e-4, 1e-14
-"""Relative to the unit of the damping: 1 if the damping is scaled by columns, else the largest
-squared column norm. The least damping exceeds rounding errors, so that a rank-deficient matrix
-becomes regular."""
-FIRST_TRIED_DAMPING = 1e-12
-"""The value at which the search for the first damping begins."""
+INITIAL_DAMPING = 1e-4
+"""The first damping, if it is not scaled by columns."""
+FIRST_DAMPING, FIRST_FACTOR, LAST_DAMPING = 1e-12, 4.0, 1e12
+"""Range and factor of the search for a first damping that is scaled by columns."""
+FIRST_DECREASE = 1e-3
+"""The first step achieves at least this share of the decrease that is predicted without damping."""
 GOOD_GAIN = 0.75
 """A step that crosses kinks is repeated within its cell if its gain ratio is below this."""
-LEAST_GAIN = 1e-3
-"""The gain ratio that an accepted step must exceed."""
-GREAT_GAIN, GREAT_GAIN_FACTOR = 0.9, 0.03
-"""A step with a gain ratio above the first number multiplies the damping by the second."""
+LEAST_GAIN, FAIR_GAIN = 1e-3, 0.25
+"""The gain ratio that an accepted step must exceed, and the one above which a small decrease
+means convergence."""
+GREAT_GAIN, GREAT_FACTOR, GREAT_GRADED_FACTOR = 0.9, 0.03, 1e-4
+"""A step with a gain ratio above the first number multiplies the damping by the second, or by the
+third if the rows are graded: the damping then has to fall by many orders of magnitude."""
 LARGEST_GROWTH = 2.0**40
 """The solve ends when rejections have raised the growth of the damping to this factor."""
 PROBE, LARGEST_BEND = 0.1, 0.75
 """The part of a step at which its second derivative is measured, and the largest relative length
 of the correction."""
-
-ZERO = "converged: the cost is zero"
-AT_REST = "converged: no direction lowers the cost"
-SHORT = "converged: steps have become too short to matter"
-STUCK = "converged: no step lowers the cost"
+NEGLIGIBLE = 1e-15
+"""A decrease by a smaller share of the cost is within the rounding errors of the cost."""
+LATE = 1e-10
+"""The solve may be about to end if the predicted decrease is below this share of the cost."""
 
 
 def init(problem: Problem, start: Array) -> Requests:
@@ -68,64 +78,100 @@ def init(problem: Problem, start: Array) -> Requests:
     SolveError
         The residual is not a vector of finite numbers.
     """
-    residual = yield Request(Kind.RESIDUAL, start)
-    if residual.ndim != 1 or not np.isfinite(residual).all():
-        raise SolveError("The residual at the start is not a vector of finite numbers.")
-    return State(start, residual, problem.cost(residual))
+    residual = yield Request(Kind.RENEW if problem.renews else Kind.RESIDUAL, start)
+    return State(start, residual, finite_cost(problem, residual, start))
+
+
+def finite_cost(problem: Problem, residual: Array, x: Array) -> float:
+    """The cost at the start, or after the residual has been renewed.
+
+    Raises
+    ------
+    SolveError
+        The residual is not a vector of finite numbers.
+    """
+    cost = problem.cost(residual, x) if residual.ndim == 1 else math.inf
+    if not math.isfinite(cost):
+        bad = np.count_nonzero(~np.isfinite(residual**2))
+        raise SolveError(
+            f"The residual at the start must be a vector of finite numbers; it has the shape "
+            f"{residual.shape}, and {bad} of its values are NaN, infinite or too large to square."
+        )
+    return cost
 
 
 def step(problem: Problem, state: State) -> Requests:
     """Linearise the residual if x is new, then try one step; ``state`` is changed."""
-    tolerances = problem.tolerances
-    if state.cost <= max(tolerances.zero, tolerances.gain):
-        state.reason = ZERO if state.cost <= tolerances.zero else SHORT
+    if state.cost <= problem.tolerances.zero:
+        state.outcome = COST_FLOOR
         return
+    if state.cost <= problem.tolerances.gain:
+        # No step can lower the cost by more than the cost itself.
+        state.outcome = SMALL_DECREASE
+        return
+    if state.model is None:
+        state.model = yield from linearize(problem, state)
     model = state.model
-    if model is None:
-        model = state.model = yield from linearize(problem, state)
-    if _is_at_rest(model, state.cost, tolerances.gradient):
-        state.reason = AT_REST
-        return
-    system = _damped(problem, state, model)
-    trial = yield from _try(problem, state, model, system, model.low, model.high)
-    if trial.predicted <= tolerances.gain and trial.x is state.x:
-        state.reason = SHORT
-        return
+    quadratic = _damped(problem, state, model)
+    proposal = _propose(model, quadratic, model.low, model.high)
+    if proposal.predicted <= max(problem.tolerances.gain, LATE * state.cost):
+        state.outcome = _outcome_before_step(problem, state, model, proposal)
+        if state.outcome is not None:
+            return
+    trial = yield from _try(problem, state, quadratic, proposal)
     if trial.gain < GOOD_GAIN and problem.kinks is not None:
         below, above = cell(problem.kinks, state.x)
-        low, high = np.maximum(model.low, below), np.minimum(model.high, above)
-        if ((trial.d < low) | (trial.d > high)).any():
-            inside = yield from _try(problem, state, model, system, low, high)
+        if ((proposal.d < below) | (proposal.d > above)).any():
+            low, high = np.maximum(model.low, below), np.minimum(model.high, above)
+            confined = _propose(model, quadratic, low, high)
+            inside = yield from _try(problem, state, quadratic, confined)
             trial = inside if inside.cost < trial.cost else trial
-    _judge(tolerances, state, trial)
+    if trial.gain > LEAST_GAIN and trial.cost < state.cost:
+        _accept(problem, state, model, trial)
+    else:
+        _reject(problem, state, model, trial)
+
+
+class _Proposal(NamedTuple):
+    """A step d between low and high, and the decrease of the cost that the model predicts.
+
+    ``bounded`` says whether the range shortens the step.
+    """
+
+    d: Array
+    low: Array
+    high: Array
+    bounded: bool
+    predicted: float
 
 
 class _Trial(NamedTuple):
-    """A step d to x, the decrease of the cost that the model predicts, and the gain ratio."""
+    """The result of a step: the new x, its cost, the predicted decrease and the gain ratio."""
 
-    d: Any
-    x: Any
+    x: Array
     residual: Array
     cost: float
     predicted: float
     gain: float
 
 
-def _damped(problem: Problem, state: State, model: Model) -> Array:
-    """The matrix of the normal equations with the damping on its diagonal."""
-    weights: Any = 1.0
+def _propose(model: Model, quadratic: Quadratic, low: Array, high: Array) -> _Proposal:
+    d, bounded = minimise_over_box(quadratic, low, high)
+    return _Proposal(d, low, high, bounded, model.decrease(d))
+
+
+def _damped(problem: Problem, state: State, model: Model) -> Quadratic:
+    """The model with the damping of the state, which is chosen at the first step."""
     if problem.scale_by_columns:
-        weights = np.where(state.scale > 0, state.scale, 1.0)
-        if not state.damping:
-            state.damping = _first_damping(state, model, weights)
-    state.damping = max(state.damping or INITIAL_DAMPING * model.unit, LEAST_DAMPING * model.unit)
-    return _with_diagonal(model.normal, state.damping * weights)
-
-
-def _with_diagonal(matrix: Array, more: Any) -> Array:
-    system = matrix.copy()
-    system.ravel()[:: len(system) + 1] += more
-    return system
+        state.scale = np.maximum(state.scale, model.columns)
+        weights: Any = np.where(state.scale > 0, state.scale, 1.0)
+        state.damping = state.damping or _first_damping(state, model, weights)
+    else:
+        state.scale = max(state.scale, float(model.columns.max()))
+        weights = state.scale or 1.0
+        state.damping = state.damping or INITIAL_DAMPING * model.spread
+    state.damping = max(state.damping, model.least_damping)
+    return model.damped(state.damping * weights)
 
 
 def _first_damping(state: State, model: Model, weights: Array) -> float:
@@ -133,92 +179,129 @@ def _first_damping(state: State, model: Model, weights: Array) -> float:
 
     Both lengths are measured by their effect on the linear model and by the largest coordinate
     (MINPACK starts its trust region so and, with other weights, trf of scipy). No residual is
-    evaluated.
+    evaluated. A start very close to zero would allow only tiny steps, so the decrease that the
+    model predicts is a second criterion.
     """
-    root, damping = np.sqrt(weights), FIRST_TRIED_DAMPING
+    root = np.sqrt(weights)
     reach = float(np.linalg.norm(root * state.x)) or 1.0
     far = float(abs(state.x).max()) or math.inf
-    while damping < 1e12:
-        system = _with_diagonal(model.normal, damping * weights)
-        d = minimise_quadratic(system, model.gradient, model.low, model.high)
-        if np.linalg.norm(root * d) <= reach and abs(d).max() <= far:
+    damping, most = 100 * model.least_damping, None
+    while damping < LAST_DAMPING:
+        d, _ = minimise_over_box(model.damped(damping * weights), model.low, model.high)
+        decrease = model.decrease(d)
+        most = decrease if most is None else most
+        near = np.linalg.norm(root * d) <= reach and abs(d).max() <= far
+        if near or decrease <= FIRST_DECREASE * most:
             break
-        damping *= 4
+        damping = max(FIRST_FACTOR * damping, FIRST_DAMPING)
     return damping
 
 
+def _without_damping(state: State, model: Model) -> _Proposal:
+    """The step that damping does not shorten."""
+    weights = np.where(state.scale > 0, state.scale, 1.0)
+    least = model.damped(model.least_damping * weights)
+    return _propose(model, least, model.low, model.high)
+
+
+def _outcome_before_step(
+    problem: Problem, state: State, model: Model, proposal: _Proposal
+) -> Outcome | None:
+    """The outcome if the step is not worth the evaluation of a residual, else None."""
+    tolerances = problem.tolerances
+    if _is_stationary(model, state.cost, tolerances.gradient):
+        return STATIONARY
+    if proposal.predicted <= tolerances.gain:
+        most = _without_damping(state, model).predicted
+        if most <= tolerances.gain:
+            return SMALL_DECREASE
+    return None
+
+
+def _is_stationary(model: Model, cost: float, tolerance: float) -> bool:
+    """Whether no coordinate can move and lower the cost."""
+    slopes = abs(model.gradient)
+    movable = np.where(model.gradient > 0, model.low < 0, model.high > 0)
+    steep = slopes > tolerance * np.sqrt(model.columns * cost)
+    return not (movable & steep).any()
+
+
 def _try(
-    problem: Problem, state: State, model: Model, system: Array, low: Array, high: Array
+    problem: Problem, state: State, quadratic: Quadratic, proposal: _Proposal
 ) -> Generator[Request, Array, _Trial]:
-    """Minimise the damped model over low ≤ d ≤ high, and evaluate the cost of the step."""
-    d = -np.linalg.solve(system, model.gradient)
-    bounded = ((d < low) | (d > high)).any()
-    if bounded:
-        d = minimise_quadratic(system, model.gradient, low, high)
-    # The prediction is that of the straight step; a bent step must do at least as well.
-    predicted = -float(2 * model.gradient.dot(d) + d.dot(model.normal).dot(d))
-    free = not bounded and state.damping <= INITIAL_DAMPING * model.unit
-    if free and predicted <= problem.tolerances.gain:
-        # Neither damping nor bounds shorten the step, and it gains too little to be evaluated.
-        return _Trial(d, state.x, state.residual, state.cost, predicted, 0.0)
+    """Evaluate the cost of a step."""
+    d, low, high, bounded, predicted = proposal
     if problem.accelerate:
-        d = yield from _bend(state, model, system, d, low, high)
+        d = yield from _bend(state, quadratic, proposal)
     x = state.x + d
     if bounded:
         # The step meets a bound exactly, so that the next iterate is found to lie on it.
         x = np.where(d >= high, state.x + high, np.where(d <= low, state.x + low, x))
     x = np.minimum(np.maximum(x, problem.lower), problem.upper)
     residual = yield Request(Kind.RESIDUAL, x)
-    cost = problem.cost(residual)
+    cost = problem.cost(residual, x)
+    # The prediction is that of the straight step; a bent step must do at least as well.
     gain = (state.cost - cost) / predicted if predicted > 0 else -math.inf
-    return _Trial(d, x, residual, cost, predicted, gain)
+    return _Trial(x, residual, cost, predicted, gain)
 
 
 def _bend(
-    state: State, model: Model, system: Array, d: Any, low: Array, high: Array
+    state: State, quadratic: Quadratic, proposal: _Proposal
 ) -> Generator[Request, Array, Array]:
     """The step plus half its geodesic acceleration, if that is a small enough correction."""
+    d, low, high = proposal.d, proposal.low, proposal.high
     ahead = yield Request(Kind.RESIDUAL, state.x + PROBE * d)
     if not np.isfinite(ahead).all():
         return d
-    second = 2 / PROBE * ((ahead - state.residual) / PROBE - model.jacobian @ d)
+    assert state.model is not None
+    jacobian = state.model.jacobian
+    second = 2 / PROBE * ((ahead - state.residual) / PROBE - jacobian.dot(d))
     # A variable that has reached its bound stays there.
     room = np.where((d > low) & (d < high), math.inf, 0.0)
-    bend = minimise_quadratic(system, second @ model.jacobian, -room, room)
+    bend, _ = minimise_over_box(quadratic.with_linear(second.dot(jacobian)), -room, room)
     if 2 * np.linalg.norm(bend) > LARGEST_BEND * np.linalg.norm(d):
         return d
     return np.clip(d + bend / 2, low, high)
 
 
-def _judge(tolerances: Tolerances, state: State, trial: _Trial) -> None:
-    """Accept or reject a trial step, update the damping, and decide whether the solve ends."""
-    length = float(abs(trial.x - state.x).max())
-    short = length <= tolerances.step * (1 + float(abs(state.x).max()))
-    if trial.gain > LEAST_GAIN and trial.cost < state.cost:
-        least = max(tolerances.cost * state.cost, tolerances.gain)
-        idle = state.cost - trial.cost <= least and trial.predicted <= 10 * least
-        state.x, state.residual, state.cost = trial.x, trial.residual, trial.cost
-        state.damping *= (
-            GREAT_GAIN_FACTOR if trial.gain > GREAT_GAIN else 1 - (2 * trial.gain - 1) ** 3
-        )
-        state.growth = 2.0
-        state.iterations += 1
-        state.model = None
-        # No later step can gain more than the cost that is left.
-        if short or idle or state.cost <= tolerances.gain:
-            state.reason = SHORT
-    elif short or trial.predicted <= 2e-16 * state.cost:
-        state.reason = SHORT
+def _accept(problem: Problem, state: State, model: Model, trial: _Trial) -> None:
+    """Move to the trial point, update the damping, and decide whether the solve ends."""
+    least = problem.tolerances.least_decrease(state.cost)
+    small = state.cost - trial.cost <= least and trial.predicted <= 10 * least
+    short = _is_short(problem, state, trial.x - state.x)
+    if short or (small and trial.gain > FAIR_GAIN):
+        # A short step means convergence, unless only the damping keeps it short.
+        if _is_near(problem, state, model):
+            state.outcome = SMALL_STEP if short else SMALL_DECREASE
+        elif trial.gain <= GREAT_GAIN:
+            state.outcome = SMALL_DECREASE if small else NO_DECREASE
+    state.x, state.residual, state.cost = trial.x, trial.residual, trial.cost
+    if trial.gain > GREAT_GAIN:
+        state.damping *= GREAT_GRADED_FACTOR if model.graded else GREAT_FACTOR
     else:
-        state.damping *= state.growth
-        state.growth *= 2
-        if state.growth > LARGEST_GROWTH:
-            state.reason = STUCK
+        state.damping *= 1 - (2 * trial.gain - 1) ** 3
+    state.growth = 2.0
+    state.iterations += 1
+    state.model = None
 
 
-def _is_at_rest(model: Model, cost: float, tolerance: float) -> bool:
-    """Whether no coordinate can move and lower the cost."""
-    slopes = abs(model.gradient)
-    movable = np.where(model.gradient > 0, model.low < 0, model.high > 0)
-    steep = slopes > tolerance * np.sqrt(model.columns * cost)
-    return not (movable & steep).any()
+def _reject(problem: Problem, state: State, model: Model, trial: _Trial) -> None:
+    """Increase the damping, or end the solve if no shorter step can help."""
+    short = _is_short(problem, state, trial.x - state.x)
+    if short or trial.predicted <= NEGLIGIBLE * state.cost or state.growth > LARGEST_GROWTH:
+        converged = SMALL_STEP if short else SMALL_DECREASE
+        state.outcome = converged if _is_near(problem, state, model) else NO_DECREASE
+    state.damping *= state.growth
+    state.growth *= 2
+
+
+def _is_short(problem: Problem, state: State, d: Array) -> bool:
+    longest = float(abs(d).max())
+    return longest <= problem.tolerances.step * (1 + float(abs(state.x).max()))
+
+
+def _is_near(problem: Problem, state: State, model: Model) -> bool:
+    """Whether even a step without damping is short, or is predicted to gain little."""
+    far = _without_damping(state, model)
+    least = max(problem.tolerances.least_decrease(state.cost), NEGLIGIBLE * state.cost)
+    return far.predicted <= 10 * least or _is_short(problem, state, far.d)

@@ -1,4 +1,4 @@
-"""The data of a solve: the problem, its linear model, and the state of the iteration."""
+"""The data of a solve: the problem, the requests of the iteration, and its state."""
 
 from __future__ import annotations
 
@@ -8,19 +8,29 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from ..arrays import Array
-from .loss import robust_cost
+from .loss import rescale, robust_cost
+from .model import Model
+from .status import Outcome
 
 
 class Kind(Enum):
-    """The function that the solver needs evaluated."""
+    """What the solver requests from the caller.
+
+    ``RENEW`` asks for the residual after the caller has updated what it depends on, such as the
+    contacts between shapes. The residual may then have another length. It stays valid, together
+    with its Jacobian, until the next such request.
+    """
 
     RESIDUAL = "residual"
     JACOBIAN = "jacobian"
+    RENEW = "renew"
 
 
 class Request(NamedTuple):
-    """A request to evaluate the residual or the Jacobian at x, (n,)."""
+    """A request to evaluate the function of this kind at x, (n,)."""
 
     kind: Kind
     x: Array
@@ -40,6 +50,25 @@ class Tolerances:
     gradient: float = 1e-10
     zero: float = 0.0
 
+    def least_decrease(self, cost: float) -> float:
+        """The decrease of this cost below which a step is not worth taking."""
+        return max(self.cost * cost, self.gain)
+
+
+class Proximity(NamedTuple):
+    """The term Σ wᵢ (xᵢ − refᵢ)² of the cost.
+
+    Attributes
+    ----------
+    weights : (n,) array
+        w ≥ 0.
+    reference : (n,) array
+        ref.
+    """
+
+    weights: Array
+    reference: Array
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -58,6 +87,12 @@ class Problem:
     loss, loss_scale : str, float
         The robust loss; see :mod:`vfwidget.solver.loss`.
     tolerances : Tolerances
+    proximity : Proximity, optional
+        Added to the cost without rows in the residual. With few residuals, a step then takes
+        time proportional to n.
+    renews : bool
+        Whether the residual changes between steps: it is renewed at the start and after every
+        accepted step (see :class:`Kind`).
     """
 
     lower: Array
@@ -68,39 +103,34 @@ class Problem:
     loss: str = "linear"
     loss_scale: float = 1.0
     tolerances: Tolerances = field(default_factory=Tolerances)
+    proximity: Proximity | None = None
+    renews: bool = False
 
-    def cost(self, residual: Array) -> float:
-        """The cost of a residual (m,); infinite if a value is not finite."""
+    def cost(self, residual: Array, x: Array) -> float:
+        """The cost of a residual (m,) at x (n,); infinite if it is not finite."""
         value = float(robust_cost(residual, self.loss, self.loss_scale))
+        if self.proximity is not None:
+            away = x - self.proximity.reference
+            value += float(away.dot(self.proximity.weights * away))
         return value if math.isfinite(value) else math.inf
 
+    def model(self, residual: Array, jacobian: Array, x: Array, low: Array, high: Array) -> Model:
+        """The linear model at x for steps between low and high."""
+        residual, jacobian = rescale(residual, jacobian, self.loss, self.loss_scale)
+        if self.proximity is None:
+            weights = pull = np.zeros(len(x))
+        else:
+            weights = self.proximity.weights
+            pull = weights * (x - self.proximity.reference)
+        return Model(jacobian, residual, weights, pull, low, high)
 
-class Model(NamedTuple):
-    """The linear model of the residual at an iterate.
-
-    Attributes
-    ----------
-    jacobian : (m, n) array
-        Each column belongs to the side of a kink to which the model applies.
-    gradient : (n,) array
-        Half the gradient of the cost.
-    normal : (n, n) array
-        JᵀJ.
-    columns : (n,) array
-        The squared column norms of the Jacobian.
-    unit : float
-        The unit of the damping.
-    low, high : (n,) arrays
-        The range of a step: low ≤ 0 ≤ high.
-    """
-
-    jacobian: Array
-    gradient: Array
-    normal: Array
-    columns: Array
-    unit: float
-    low: Array
-    high: Array
+    def half_gradient(self, residual: Array, jacobian: Array, x: Array) -> Array:
+        """Half the gradient of the cost, (n,)."""
+        residual, jacobian = rescale(residual, jacobian, self.loss, self.loss_scale)
+        gradient: Array = residual.dot(jacobian)
+        if self.proximity is not None:
+            gradient += self.proximity.weights * (x - self.proximity.reference)
+        return gradient
 
 
 @dataclass
@@ -110,17 +140,17 @@ class State:
     Attributes
     ----------
     x : (n,) array
-        The best point so far.
     residual : (m,) array
     cost : float
     damping, growth : float
-        The present damping, and the factor by which a rejected step multiplies it.
-    scale : (n,) array or 0
-        The largest squared norm of each column so far, by which the damping is scaled.
+        The present damping relative to ``scale``, and the factor by which a rejected step
+        multiplies it.
+    scale : (n,) array or float
+        The largest squared norm of each column so far, or of all columns.
     iterations : int
         The number of accepted steps.
-    reason : str
-        The reason why the solve has ended; empty until then.
+    outcome : Outcome, optional
+        How the solve has ended; None until then.
     model : Model, optional
         The linear model at x, which is kept while steps are rejected.
     """
@@ -132,5 +162,5 @@ class State:
     growth: float = 2.0
     scale: Any = 0.0
     iterations: int = 0
-    reason: str = ""
+    outcome: Outcome | None = None
     model: Model | None = None

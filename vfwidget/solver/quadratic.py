@@ -1,58 +1,211 @@
-"""Convex quadratics over boxes: the step of a bounded solver."""
+r"""Convex quadratics over boxes: the step of a bounded solver.
+
+One algorithm, :func:`minimise_over_box`, works on two kinds of quadratic. :class:`DenseQuadratic`
+holds its matrix. :class:`LowRankQuadratic` is a sum of few squares plus a diagonal; it solves an
+(r, r) system and forms no (n, n) matrix (the Woodbury identity).
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
-from ..arrays import like, namespace
+import numpy as np
+
+from ..arrays import Array, BoolArray
 
 HALVINGS = 30
 SUFFICIENT = 0.1
 """Share of the linear decrease that a step along the projected path must achieve."""
+ROUNDING = 1e-13
+"""A slope counts as zero if it is smaller than this share of the terms that add up to it."""
 
 
-def minimise_quadratic(system: Any, gradient: Any, low: Any, high: Any) -> Any:
-    """Minimise ½ dᵀ A d + gᵀ d over low ≤ d ≤ high, where low ≤ 0 ≤ high; many at once.
+class Quadratic(Protocol):
+    """A strictly convex quadratic of d, (n,)."""
 
-    Parameters
+    def minimiser(self) -> Array:
+        """The unconstrained minimiser, (n,)."""
+
+    def slope(self, d: Array) -> Array:
+        """The gradient at d, (n,). Entries that hold only rounding errors are 0."""
+
+    def newton(self, d: Array, free: BoolArray) -> tuple[Array, Array]:
+        """The step from d to the minimiser over the free variables, and the slope after it."""
+
+    def curvature(self, change: Array) -> float:
+        """The second derivative along a change of d."""
+
+    def with_linear(self, linear: Array) -> Quadratic:
+        """The quadratic with the same second derivatives and this gradient, (n,), at d = 0."""
+
+
+class DenseQuadratic(NamedTuple):
+    """½ dᵀ A d + gᵀ d.
+
+    Attributes
     ----------
-    system : (..., n, n) array or tensor
-        A, symmetric positive definite.
-    gradient, low, high : (..., n) arrays or tensors
+    matrix : (n, n) array
+        A, symmetric and positive definite.
+    gradient : (n,) array
+        g.
+    """
 
-    Returns
-    -------
-    (..., n) array or tensor
+    matrix: Array
+    gradient: Array
+
+    def minimiser(self) -> Array:
+        """The unconstrained minimiser, (n,)."""
+        d: Array = np.linalg.solve(self.matrix, -self.gradient)
+        return d
+
+    def slope(self, d: Array) -> Array:
+        """The gradient at d, (n,). Entries that hold only rounding errors are 0."""
+        slope: Array = self.gradient + self.matrix.dot(d)
+        return _without_noise(slope, abs(self.gradient).max())
+
+    def newton(self, d: Array, free: BoolArray) -> tuple[Array, Array]:
+        """The step from d to the minimiser over the free variables, and the slope after it."""
+        matrix = np.where(free[:, None] & free, self.matrix, np.eye(len(free)))
+        step = -np.linalg.solve(matrix, np.where(free, self.slope(d), 0.0))
+        return step, np.where(free, 0.0, self.slope(d + step))
+
+    def curvature(self, change: Array) -> float:
+        """The second derivative along a change of d."""
+        return float(change.dot(self.matrix.dot(change)))
+
+    def with_linear(self, linear: Array) -> Quadratic:
+        """The quadratic with the same second derivatives and this gradient, (n,), at d = 0."""
+        return self._replace(gradient=linear)
+
+
+class LowRankQuadratic(NamedTuple):
+    """½ ‖J d + r‖² + ½ Σ Dᵢ dᵢ² + bᵀ d, with few rows in J.
+
+    Attributes
+    ----------
+    jacobian : (r, n) array
+        J. Its rows may differ in size by many orders of magnitude.
+    residual : (r,) array
+    diagonal : (n,) array
+        D > 0.
+    linear : (n,) array
+        b.
+    graded : bool
+        Whether the rows of J differ in size by orders of magnitude.
 
     Notes
     -----
-    Projected Newton (Bertsekas 1982; Tassa, Mansard and Todorov 2014): variables at a bound that
-    the slope holds there are fixed, the others take the Newton step of their own system, clipped
-    to the box and halved until the quadratic falls enough. The set of fixed variables settles in
-    a few rounds.
+    The step over the free variables is −D⁻¹ (s + Jᵀ y), where s = b + D d, and y solves
+    (I + J D⁻¹ Jᵀ) y = r + J d − J D⁻¹ s. The vector y is also the residual after the step. This
+    system squares the sizes of the rows, and light rows disappear behind heavy ones if those are
+    many orders of magnitude larger. The singular values of J D^(−1/2) avoid that.
     """
-    xp = namespace(gradient)
-    n = gradient.shape[-1]
-    identity = like(xp.eye(n), gradient)
-    d = xp.zeros_like(gradient)
-    slope = gradient
-    small = 1e-13 * xp.amax(abs(gradient), -1)[..., None]
-    for _ in range(10 + 4 * n):
+
+    jacobian: Array
+    residual: Array
+    diagonal: Array
+    linear: Array
+    graded: bool = False
+
+    def minimiser(self) -> Array:
+        """The unconstrained minimiser, (n,)."""
+        return self._solve(1 / self.diagonal, self.residual, self.linear)[0]
+
+    def slope(self, d: Array) -> Array:
+        """The gradient at d, (n,). Entries that hold only rounding errors are 0."""
+        rows = self.residual + self.jacobian.dot(d)
+        size = abs(self.residual) + abs(self.jacobian).dot(abs(d))
+        return self._gradient(rows, size, self.linear + self.diagonal * d)
+
+    def newton(self, d: Array, free: BoolArray) -> tuple[Array, Array]:
+        """The step from d to the minimiser over the free variables, and the slope after it."""
+        rest = self.linear + self.diagonal * d
+        step, rows = self._solve(free / self.diagonal, self.residual + self.jacobian.dot(d), rest)
+        after = self._gradient(rows, abs(rows), rest + self.diagonal * step)
+        return step, np.where(free, 0.0, after)
+
+    def curvature(self, change: Array) -> float:
+        """The second derivative along a change of d."""
+        rows = self.jacobian.dot(change)
+        return float(rows.dot(rows) + change.dot(self.diagonal * change))
+
+    def with_linear(self, linear: Array) -> Quadratic:
+        """The quadratic with the same second derivatives and this gradient, (n,), at d = 0."""
+        return self._replace(residual=np.zeros_like(self.residual), linear=linear)
+
+    def _solve(self, inverse: Array, rows: Array, rest: Array) -> tuple[Array, Array]:
+        """The step, (n,), where the inverse diagonal is not 0, and the residual after it, (r,)."""
+        if self.graded:
+            root = np.sqrt(inverse)
+            u, sizes, v = np.linalg.svd(self.jacobian * root, full_matrices=False)
+            parts = (rows.dot(u) - sizes * v.dot(root * rest)) / (1 + sizes**2)
+            return -(inverse * rest + root * (sizes * parts).dot(v)), u.dot(parts)
+        spread = self.jacobian * inverse
+        small = spread.dot(self.jacobian.T)
+        small.ravel()[:: len(small) + 1] += 1.0
+        y = np.linalg.solve(small, rows - spread.dot(rest))
+        return -(inverse * rest + y.dot(spread)), y
+
+    def _gradient(self, rows: Array, size: Array, rest: Array) -> Array:
+        """Jᵀ rows + rest, where the rows are sums of terms of this size."""
+        terms = size.dot(abs(self.jacobian)) + abs(rest)
+        return _without_noise(rows.dot(self.jacobian) + rest, terms)
+
+
+def _without_noise(slope: Array, terms: Any) -> Array:
+    kept: Array = np.where(abs(slope) > ROUNDING * terms, slope, 0.0)
+    return kept
+
+
+def minimise_over_box(quadratic: Quadratic, low: Array, high: Array) -> tuple[Array, bool]:
+    """Minimise a quadratic over low ≤ d ≤ high, where low ≤ 0 ≤ high.
+
+    Parameters
+    ----------
+    quadratic : Quadratic
+    low, high : (n,) arrays
+
+    Returns
+    -------
+    (n,) array
+        The minimiser.
+    bool
+        Whether the box excludes the unconstrained minimiser.
+
+    Notes
+    -----
+    Projected Newton (Bertsekas 1982; Tassa, Mansard and Todorov 2014). Variables at a bound are
+    fixed if the slope holds them there. The others take the Newton step of their own system. If
+    that leaves the box, it is clipped, and halved until the quadratic falls enough. The set of
+    fixed variables becomes constant after a few rounds.
+    """
+    d = quadratic.minimiser()
+    if not ((d < low) | (d > high)).any():
+        return d, False
+    d = np.zeros_like(d)
+    slope = quadratic.slope(d)
+    for _ in range(10 + 4 * len(d)):
         free = ~(((d <= low) & (slope >= 0)) | ((d >= high) & (slope <= 0)))
-        if not (free & (abs(slope) > small)).any():
+        if not (free & (slope != 0)).any():
             break
-        own = xp.where(free[..., :, None] & free[..., None, :], system, identity)
-        newton = -xp.linalg.solve(own, xp.where(free, slope, 0.0)[..., None])[..., 0]
-        length: Any = 1.0
-        for _ in range(HALVINGS):
-            new = xp.clip(d + length * newton, low, high)
-            change = new - d
-            linear = (change * slope).sum(-1)[..., None]
-            bent = (change * (system @ change[..., None])[..., 0]).sum(-1)[..., None]
-            poor = linear + bent / 2 > SUFFICIENT * linear
-            if not poor.any():
-                break
-            length = xp.where(poor, length / 2, length)
-        d = new
-        slope = gradient + (system @ d[..., None])[..., 0]
-    return d
+        step, after = quadratic.newton(d, free)
+        new = d + step
+        if ((new < low) | (new > high)).any():
+            new = _projected_step(quadratic, d, slope, step, low, high)
+            after = quadratic.slope(new)
+        d, slope = new, after
+    return d, True
+
+
+def _projected_step(
+    quadratic: Quadratic, d: Array, slope: Array, step: Array, low: Array, high: Array
+) -> Array:
+    """The point at which a clipped and shortened step lowers the quadratic enough."""
+    for _ in range(HALVINGS):
+        new = np.minimum(np.maximum(d + step, low), high)
+        change = new - d
+        linear = change.dot(slope)
+        if linear + quadratic.curvature(change) / 2 <= SUFFICIENT * linear:
+            break
+        step = step / 2
+    return new

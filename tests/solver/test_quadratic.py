@@ -1,0 +1,98 @@
+"""Quadratics over boxes: both kinds against each other, scipy, and the optimality conditions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.optimize
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vfwidget.solver.quadratic import DenseQuadratic, LowRankQuadratic, minimise_over_box
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def random_box(rng, n):
+    low, high = -rng.exponential(size=n), rng.exponential(size=n)
+    fixed = rng.random(n) < 0.2
+    return np.where(fixed, 0, low), np.where(fixed, 0, high)
+
+
+@given(seeds)
+@settings(max_examples=60, deadline=None)
+def test_the_minimiser_meets_the_optimality_conditions(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 12))
+    root = rng.normal(size=(n, n))
+    matrix = root @ root.T + 1e-3 * np.eye(n)
+    gradient = rng.normal(size=n)
+    low, high = random_box(rng, n)
+    d, bounded = minimise_over_box(DenseQuadratic(matrix, gradient), low, high)
+    slope = gradient + matrix @ d
+    assert (d >= low).all() and (d <= high).all()
+    assert slope[(d > low) & (d < high)] == pytest.approx(0, abs=1e-8)
+    assert (slope[(d == low) & (low < high)] >= -1e-8).all()
+    assert (slope[(d == high) & (low < high)] <= 1e-8).all()
+    assert bounded == bool(((d == low) | (d == high)).any())
+
+
+@given(seeds, st.booleans())
+@settings(max_examples=100, deadline=None)
+def test_few_rows_and_a_diagonal_give_the_same_as_their_matrix(seed: int, graded: bool) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 12))
+    rows = int(rng.integers(0, n + 1))
+    jacobian, residual = rng.normal(size=(rows, n)), rng.normal(size=rows)
+    diagonal = 10.0 ** rng.uniform(-4, 1, n)
+    linear = rng.normal(size=n) * diagonal
+    low, high = random_box(rng, n)
+    matrix = jacobian.T @ jacobian + np.diag(diagonal)
+    gradient = residual @ jacobian + linear
+    low_rank = LowRankQuadratic(jacobian, residual, diagonal, linear, graded)
+    dense = DenseQuadratic(matrix, gradient)
+
+    def value(d):
+        return d @ matrix @ d / 2 + gradient @ d
+
+    for one, other in (
+        (low_rank.minimiser(), dense.minimiser()),
+        (minimise_over_box(low_rank, low, high)[0], minimise_over_box(dense, low, high)[0]),
+        (low_rank.with_linear(linear).minimiser(), dense.with_linear(linear).minimiser()),
+    ):
+        assert value(one) == pytest.approx(value(other), rel=1e-7, abs=1e-9)
+
+
+@given(seeds)
+@settings(max_examples=60, deadline=None)
+def test_a_heavy_row_leaves_the_light_ones_their_accuracy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 8))
+    jacobian, residual = rng.normal(size=(n, n)), rng.normal(size=n)
+    weight = np.where(np.arange(n) == rng.integers(n), 1e8, 1.0)
+    quadratic = LowRankQuadratic(
+        weight[:, None] * jacobian, weight * residual, np.full(n, 1e-20), np.zeros(n), True
+    )
+    low, high = np.full(n, -1.0), np.full(n, 1.0)
+    d, _ = minimise_over_box(quadratic, low, high)
+    expected = scipy.optimize.lsq_linear(
+        weight[:, None] * jacobian, -weight * residual, (low, high), method="bvls", tol=1e-15
+    )
+    cost = ((weight * (jacobian @ d + residual)) ** 2).sum()
+    assert cost <= 2 * expected.cost * (1 + 1e-2) + 1e-9
+
+
+def test_five_hundred_variables_need_no_large_matrix(monkeypatch) -> None:
+    rng = np.random.default_rng(0)
+    n = 520
+    quadratic = LowRankQuadratic(
+        rng.normal(size=(4, n)), rng.normal(size=4), np.full(n, 1e-3), np.zeros(n)
+    )
+    solve, sizes = np.linalg.solve, []
+    monkeypatch.setattr(np.linalg, "solve", lambda a, b: sizes.append(len(a)) or solve(a, b))
+    d, bounded = minimise_over_box(quadratic, np.full(n, -0.001), np.full(n, 0.002))
+    assert bounded and max(sizes) == 4
+    slope = quadratic.slope(d)
+    inside = (d > -0.001) & (d < 0.002)
+    assert inside.any() and abs(slope[inside]).max() <= 1e-9
+    assert (slope[d == -0.001] >= 0).all() and (slope[d == 0.002] <= 0).all()
