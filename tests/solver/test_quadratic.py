@@ -71,7 +71,7 @@ def test_a_heavy_row_leaves_the_light_ones_their_accuracy(seed: int) -> None:
     jacobian, residual = rng.normal(size=(n, n)), rng.normal(size=n)
     weight = np.where(np.arange(n) == rng.integers(n), 1e8, 1.0)
     quadratic = LowRankQuadratic(
-        weight[:, None] * jacobian, weight * residual, np.full(n, 1e-20), np.zeros(n), True
+        weight[:, None] * jacobian, weight * residual, np.full(n, 1e-12), np.zeros(n), True
     )
     low, high = np.full(n, -1.0), np.full(n, 1.0)
     d, _ = minimise_over_box(quadratic, low, high)

@@ -12,7 +12,7 @@ from .quadratic import DenseQuadratic, LowRankQuadratic, Quadratic
 
 HEAVY = 1e5
 """JᵀJ is avoided if rows differ in norm by more than this factor."""
-LEAST_DAMPING, LEAST_GRADED_DAMPING = 1e-14, 1e-30
+LEAST_DAMPING, LEAST_GRADED_DAMPING = 1e-14, 1e-28
 """The least damping relative to the squared column norms. It must exceed the rounding errors of
 JᵀJ, so that a rank-deficient matrix becomes regular. Without JᵀJ these errors are squared."""
 

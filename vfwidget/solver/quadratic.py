@@ -7,15 +7,12 @@ holds its matrix. :class:`LowRankQuadratic` is a sum of few squares plus a diago
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
 from ..arrays import Array, BoolArray
 
-HALVINGS = 30
-SUFFICIENT = 0.1
-"""Share of the linear decrease that a step along the projected path must achieve."""
 ROUNDING = 1e-13
 """A slope counts as zero if it is smaller than this share of the terms that add up to it."""
 
@@ -32,8 +29,8 @@ class Quadratic(Protocol):
     def newton(self, d: Array, free: BoolArray) -> tuple[Array, Array]:
         """The step from d to the minimiser over the free variables, and the slope after it."""
 
-    def curvature(self, change: Array) -> float:
-        """The second derivative along a change of d."""
+    def value(self, d: Array) -> float:
+        """The value at d."""
 
     def with_linear(self, linear: Array) -> Quadratic:
         """The quadratic with the same second derivatives and this gradient, (n,), at d = 0."""
@@ -55,8 +52,7 @@ class DenseQuadratic(NamedTuple):
 
     def minimiser(self) -> Array:
         """The unconstrained minimiser, (n,)."""
-        d: Array = np.linalg.solve(self.matrix, -self.gradient)
-        return d
+        return cast(Array, np.linalg.solve(self.matrix, -self.gradient))
 
     def slope(self, d: Array) -> Array:
         """The gradient at d, (n,). Entries that hold only rounding errors are 0."""
@@ -69,9 +65,9 @@ class DenseQuadratic(NamedTuple):
         step = -np.linalg.solve(matrix, np.where(free, self.slope(d), 0.0))
         return step, np.where(free, 0.0, self.slope(d + step))
 
-    def curvature(self, change: Array) -> float:
-        """The second derivative along a change of d."""
-        return float(change.dot(self.matrix.dot(change)))
+    def value(self, d: Array) -> float:
+        """The value at d."""
+        return float(d.dot(self.matrix.dot(d)) / 2 + self.gradient.dot(d))
 
     def with_linear(self, linear: Array) -> Quadratic:
         """The quadratic with the same second derivatives and this gradient, (n,), at d = 0."""
@@ -124,10 +120,10 @@ class LowRankQuadratic(NamedTuple):
         after = self._gradient(rows, abs(rows), rest + self.diagonal * step)
         return step, np.where(free, 0.0, after)
 
-    def curvature(self, change: Array) -> float:
-        """The second derivative along a change of d."""
-        rows = self.jacobian.dot(change)
-        return float(rows.dot(rows) + change.dot(self.diagonal * change))
+    def value(self, d: Array) -> float:
+        """The value at d."""
+        rows = self.residual + self.jacobian.dot(d)
+        return float(rows.dot(rows) / 2 + d.dot(self.diagonal * d / 2 + self.linear))
 
     def with_linear(self, linear: Array) -> Quadratic:
         """The quadratic with the same second derivatives and this gradient, (n,), at d = 0."""
@@ -174,38 +170,48 @@ def minimise_over_box(quadratic: Quadratic, low: Array, high: Array) -> tuple[Ar
 
     Notes
     -----
-    Projected Newton (Bertsekas 1982; Tassa, Mansard and Todorov 2014). Variables at a bound are
-    fixed if the slope holds them there. The others take the Newton step of their own system. If
-    that leaves the box, it is clipped, and halved until the quadratic falls enough. The set of
-    fixed variables becomes constant after a few rounds.
+    Projected Newton (Bertsekas 1982) on an active set. Variables that the slope holds at a bound
+    are fixed, and the others take the Newton step of their own system. If that leaves the box, it
+    is clipped, which fixes many variables at once. If clipping does not lower the quadratic, the
+    step ends at the first bound instead. At the minimiser of the free variables, those that the
+    slope does not hold are released.
     """
     d = quadratic.minimiser()
     if not ((d < low) | (d > high)).any():
         return d, False
     d = np.zeros_like(d)
-    slope = quadratic.slope(d)
+    free = ~_held(d, quadratic.slope(d), low, high)
     for _ in range(10 + 4 * len(d)):
-        free = ~(((d <= low) & (slope >= 0)) | ((d >= high) & (slope <= 0)))
-        if not (free & (slope != 0)).any():
-            break
-        step, after = quadratic.newton(d, free)
+        step, slope = quadratic.newton(d, free)
         new = d + step
-        if ((new < low) | (new > high)).any():
-            new = _projected_step(quadratic, d, slope, step, low, high)
-            after = quadratic.slope(new)
-        d, slope = new, after
+        if not ((new < low) | (new > high)).any():
+            d = new
+            released = ~free & ~_held(d, slope, low, high)
+            if not released.any():
+                break
+            free |= released
+            continue
+        clipped = np.minimum(np.maximum(new, low), high)
+        if quadratic.value(clipped) < quadratic.value(d):
+            d = clipped
+            free = ~_held(d, quadratic.slope(d), low, high)
+        else:
+            d, reached = _first_bound(d, step, low, high)
+            free &= ~reached
     return d, True
 
 
-def _projected_step(
-    quadratic: Quadratic, d: Array, slope: Array, step: Array, low: Array, high: Array
-) -> Array:
-    """The point at which a clipped and shortened step lowers the quadratic enough."""
-    for _ in range(HALVINGS):
-        new = np.minimum(np.maximum(d + step, low), high)
-        change = new - d
-        linear = change.dot(slope)
-        if linear + quadratic.curvature(change) / 2 <= SUFFICIENT * linear:
-            break
-        step = step / 2
-    return new
+def _held(d: Array, slope: Array, low: Array, high: Array) -> BoolArray:
+    """Which variables, (n,), are at a bound, and would pass it to lower the quadratic."""
+    held: BoolArray = ((d <= low) & (slope >= 0)) | ((d >= high) & (slope <= 0))
+    return held
+
+
+def _first_bound(d: Array, step: Array, low: Array, high: Array) -> tuple[Array, BoolArray]:
+    """Where a step leaves the box, and which variables reach their bound there."""
+    bound = np.where(step > 0, high, low)
+    shares = np.full(len(d), np.inf)
+    np.divide(bound - d, step, out=shares, where=step != 0)
+    share = shares.min()
+    reached = shares <= share
+    return np.where(reached, bound, d + share * step), reached
