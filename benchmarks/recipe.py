@@ -25,7 +25,7 @@ from torch import Tensor
 from torch.autograd.functional import jacobian
 
 import vfwidget as vf
-from vfwidget.energy.solution import GAIN, ZERO_COST
+from vfwidget.energy.solve import COST_FLOOR, LEAST_GAIN
 from vfwidget.outline.cubics import bernstein
 from vfwidget.outline.variation import merge_regions, selection
 
@@ -143,7 +143,7 @@ def levenberg_marquardt(
     cost = float(r @ r)
     damping, growth = 0.0, 2.0
     for iteration in range(limit):
-        if cost <= ZERO_COST:
+        if cost <= COST_FLOOR:
             return theta, iteration
         j = derivative(theta)
         normal, gradient = j.T @ j, j.T @ r
@@ -170,6 +170,6 @@ def levenberg_marquardt(
         damping *= max(0.1, 1 - (2 * min(gain, 1.5) - 1) ** 3)
         growth = 2.0
         theta, r, cost = trial, r_trial, trial_cost
-        if gained <= GAIN:
+        if gained <= LEAST_GAIN:
             return theta, iteration + 1
     return theta, limit

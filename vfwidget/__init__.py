@@ -5,10 +5,24 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .energy.handle_terms import Collinear, Distance, Pin, SharedX, SharedY, Target
-from .energy.solution import Solution, solve
-from .energy.term import Term
-from .energy.word_terms import Area, AxisTarget, Residual, StayClose, Width
+from .energy import (
+    Area,
+    AxisTarget,
+    Collinear,
+    Derivative,
+    Distance,
+    Pin,
+    Residual,
+    SharedX,
+    SharedY,
+    Solution,
+    StayClose,
+    Target,
+    Term,
+    Width,
+    check_derivative,
+    solve,
+)
 from .errors import (
     AxisError,
     AxisWarning,
@@ -26,12 +40,11 @@ from .limits import limits
 from .overlap.artwork import Artwork
 from .overlap.overlaps import Overlap, overlaps
 from .solver import least_squares
-from .text import Text
-from .text.word import Handle
+from .text import Handle, Text
 
 if TYPE_CHECKING:
     from . import plot
-    from .matching import Match, match
+    from .matching import Looks, Match, match
     from .raster import rasterize
     from .view.editor import Editor
 
@@ -39,11 +52,12 @@ __version__ = "0.1.0"
 
 LAZY = {
     "Editor": ".view.editor",
+    "Looks": ".matching",
     "Match": ".matching",
     "match": ".matching",
     "rasterize": ".raster",
 }
-"""Where to find what is loaded only when it is asked for."""
+"""The modules of names that are loaded at their first use."""
 
 __all__ = [
     "Area",
@@ -53,6 +67,7 @@ __all__ = [
     "AxisTarget",
     "AxisWarning",
     "Collinear",
+    "Derivative",
     "Distance",
     "Editor",
     "Font",
@@ -62,6 +77,7 @@ __all__ = [
     "GlyphError",
     "Handle",
     "ImageError",
+    "Looks",
     "Match",
     "NamedInstance",
     "Overlap",
@@ -80,6 +96,7 @@ __all__ = [
     "VFWidgetError",
     "Width",
     "bundled_fonts",
+    "check_derivative",
     "least_squares",
     "limits",
     "load_font",
@@ -92,9 +109,14 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load what needs Jupyter, matplotlib or torch when it is asked for."""
+    """Load what needs Jupyter, matplotlib or torch at its first use."""
     if name == "plot":
         return importlib.import_module(".plot", __name__)
     if name in LAZY:
         return getattr(importlib.import_module(LAZY[name], __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """The public names, whether they are loaded or not."""
+    return sorted([*__all__, "__version__"])

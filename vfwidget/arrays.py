@@ -62,7 +62,8 @@ def to_tensor(value: Any) -> torch.Tensor:
 
     if isinstance(value, torch.Tensor):
         return value if value.is_floating_point() else value.double()
-    return torch.tensor(np.asarray(value, dtype=np.float64))
+    # A copy of its own, for torch warns of arrays that are read-only.
+    return torch.from_numpy(np.array(value, dtype=np.float64))
 
 
 def to_array(value: Any) -> Array:

@@ -12,7 +12,9 @@ Named = TypeVar("Named", bound=Callable[..., Any])
 
 
 def renamed(**names: str) -> Callable[[Named], Named]:
-    """Decorate a function so that it takes former names of its keywords.
+    """Decorate a function or a class so that it takes former names of its keywords.
+
+    A class keeps the former names as read-only attributes too.
 
     Parameters
     ----------
@@ -31,6 +33,12 @@ def renamed(**names: str) -> Callable[[Named], Named]:
     """
 
     def decorate(function: Named) -> Named:
+        if isinstance(function, type):
+            for old, new in names.items():
+                setattr(function, old, _former_attribute(old, new))
+            function.__init__ = decorate(function.__init__)  # type: ignore[misc]
+            return function
+
         @wraps(function)
         def call(*args: Any, **kwargs: Any) -> Any:
             for old in names.keys() & kwargs.keys():
@@ -44,6 +52,14 @@ def renamed(**names: str) -> Callable[[Named], Named]:
         return call  # type: ignore[return-value]
 
     return decorate
+
+
+def _former_attribute(old: str, new: str) -> property:
+    def read(self: Any) -> Any:
+        warn_renamed(old, new)
+        return getattr(self, new)
+
+    return property(read)
 
 
 def warn_renamed(old: str, new: str) -> None:

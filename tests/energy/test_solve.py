@@ -8,7 +8,7 @@ import scipy.optimize
 import torch
 
 import vfwidget as vf
-from vfwidget.energy.term import Energy
+from vfwidget.energy.energy import Energy
 
 FONTS = vf.bundled_fonts()
 
@@ -69,13 +69,19 @@ def test_unreachable_drags_end_no_farther_than_scipy_and_brute_force(name: str) 
         terms = [vf.Target(handle, goal)]
         solution = vf.solve(text, terms)
         assert solution.converged
-        assert solution.cost <= scipy_solve(text, terms) * (1 + 1e-6) + 1e-3
+        # A place that is better but far away is offered, not taken.
+        best = solution.misses[0]
+        if solution.elsewhere is not None:
+            offered = np.hypot(*(solution.elsewhere.position(handle).numpy() - goal))
+            assert offered < best
+            best = offered
+        assert best**2 <= scipy_solve(text, terms) * (1 + 1e-6) + 1e-3
         points = text.point_set([handle])
         sampled = min(np.hypot(*(text.positions(points, p)[0] - goal)) for p in places)
-        assert solution.misses[0] <= sampled + 1e-6
+        assert best <= sampled + 1e-6
         if solution.misses[0] > 0.5:
             assert solution.status == "unreachable"
-            assert f"{solution.misses[0]:.1f} units away" in solution.message
+            assert f"missed by {solution.misses[0]:.1f} font units" in solution.message
 
 
 def test_an_unreachable_solve_repeated_from_its_end_does_not_move() -> None:
@@ -150,7 +156,7 @@ def test_any_function_of_the_points_can_be_a_residual() -> None:
     def level(points: torch.Tensor) -> torch.Tensor:
         return points[:1, 1] - points[1:, 1]
 
-    solution = vf.solve(text, [vf.Residual(level, on=[left, right]), vf.StayClose()])
+    solution = vf.solve(text, [vf.Residual(level, handles=[left, right]), vf.StayClose()])
     heights = [float(solution.text.position(h)[1]) for h in (left, right)]
     assert (
         abs(heights[0] - heights[1])
@@ -179,7 +185,7 @@ def test_jacobian_of_every_term_against_central_differences() -> None:
         vf.Target(a, (100, 200), weight=2.0),
         vf.Pin(b),
         vf.StayClose(0.5),
-        vf.Residual(lambda p: (p[0] - p[1]) ** 2 / 100, on=[a, b]),
+        vf.Residual(lambda p: (p[0] - p[1]) ** 2 / 100, handles=[a, b]),
         vf.Residual(lambda p: p.mean(0)),
     ]
     energy = Energy(text, terms)
@@ -204,8 +210,8 @@ def test_bad_terms_are_refused_and_the_text_is_as_it_was() -> None:
         [vf.Target(handle, (0, 0, 0))],
         [vf.Target(handle, (0, 0), weight=-1)],
         [vf.StayClose(weight=np.inf)],
-        [vf.Residual(lambda p: 3.0, on=[handle])],
-        [vf.Residual(lambda p: p * np.nan, on=[handle])],
+        [vf.Residual(lambda p: 3.0, handles=[handle])],
+        [vf.Residual(lambda p: p * np.nan, handles=[handle])],
     ]
     for terms in bad:
         with pytest.raises(vf.SolveError):
@@ -218,5 +224,5 @@ def test_the_iteration_limit_is_said() -> None:
     handle = text.nearest(300, -200)
     goal = text.at(axes={"wght": 900, "CASL": 0.7, "slnt": -12}).position(handle)
     solution = vf.solve(text, [vf.Target(handle, goal)], max_iterations=0)
-    assert solution.status == "running"
+    assert solution.status == "iteration_limit"
     assert not solution.converged

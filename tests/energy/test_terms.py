@@ -7,7 +7,7 @@ import pytest
 import torch
 
 import vfwidget as vf
-from vfwidget.energy.term import Energy
+from vfwidget.energy.energy import Energy
 
 
 @pytest.fixture(params=[True, False], ids=["shared", "per letter"])
@@ -39,7 +39,7 @@ def terms_of(text: vf.Text) -> list[vf.Term]:
         vf.Area(4e5),
         vf.StayClose(0.5, theta=text.theta * 0),
         vf.AxisTarget({"wght": 800, "CASL": 0.2}, weight=4.0),
-        vf.Residual(lambda p: (p[0] - p[1]) ** 2 / 100, on=[a, b]),
+        vf.Residual(lambda p: (p[0] - p[1]) ** 2 / 100, handles=[a, b]),
         vf.Residual(lambda p: p.mean(0)),
     ]
 
@@ -167,7 +167,7 @@ def test_bad_terms_say_what_is_wrong() -> None:
         "not a handle": vf.SharedY([a, other.handle()]),
         "along": vf.Distance(a, b, along="z"),
         "distance is": vf.Distance(a, b, -5),
-        "measure": vf.Width(float("nan")),
+        "width": vf.Width(float("nan")),
         "area": vf.Area(0),
         "Unknown axis": vf.AxisTarget({"nope": 1}),
         "no letter 7": vf.AxisTarget({"wght": 500}, letter=7),

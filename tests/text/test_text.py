@@ -255,7 +255,7 @@ def test_spaces_only_have_an_advance_and_nothing_to_hold():
     assert text.points().shape == (0, 2) and text.jacobian().shape == (0, 2, 1, 5)
     assert vf.Text("recursive", "  ", shared=False).jacobian().shape == (0, 2, 2, 5)
     assert text.segments() == []
-    with pytest.raises(vf.GlyphError, match="'  ' has no outline to take a point of"):
+    with pytest.raises(vf.GlyphError, match="'  ' has no outline, so it has no nearest point"):
         text.nearest(0, 0)
     with pytest.raises(vf.GlyphError, match="has no outline point at"):
         text.handle()

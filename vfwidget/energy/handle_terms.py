@@ -1,4 +1,4 @@
-"""Terms over a handful of outline points: pull, hold, align, measure (Sec. 5.1)."""
+"""Terms over a few outline points: pull, hold, align, measure (Sec. 5.1)."""
 
 from __future__ import annotations
 
@@ -10,25 +10,27 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..arrays import Array, to_array
+from ..deprecation import renamed
 from ..errors import SolveError
-from ..text import Text
-from ..text.word import Handle
-from .term import Derivative, Term
+from ..text import Handle, Text
+from .rows import Derivative
+from .term import Term
 
 PIN_WEIGHT = 1e5
-"""Pins outweigh targets: a target that is out of reach must not drag the pins along."""
+"""Pins outweigh targets, so that a target out of reach does not move the pinned points."""
 
 
 @dataclass(frozen=True)
 class Target(Term):
-    """Pull a handle to a place: ‖p(Θ, t) − x*‖² (Sec. 5.1).
+    """Pull a handle to a position: ‖p(Θ, t) − x*‖² (Sec. 5.1).
 
     Parameters
     ----------
     handle : Handle
     position : (x, y)
-        In the text's font units.
+        x*, in font units.
     weight : float
+        Factor of the square. Default 1.
     """
 
     handle: Handle
@@ -44,30 +46,32 @@ class Target(Term):
         super().bind(text)
         position = to_array(self.position)
         if position.shape != (2,) or not np.isfinite(position).all():
-            raise SolveError(f"A target is a place (x, y), not {self.position!r}.")
+            raise SolveError(f"A position is two finite numbers (x, y), not {self.position!r}.")
         return self if position is self.position else replace(self, position=position)
 
     def residual(self, points: Array, theta: Array) -> Array:
-        return math.sqrt(self.weight) * (points[0] - self.position)
+        offset: Array = points[0] - self.position
+        return offset
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
-        return Derivative(points=math.sqrt(self.weight) * np.eye(2)[:, None, :])
+        return Derivative(points=np.eye(2)[:, None, :])
 
     def miss(self, residual: Array) -> float:
-        return math.hypot(*residual) / math.sqrt(self.weight)
+        """The distance from the position, in font units."""
+        return math.hypot(*residual)
 
 
 @dataclass(frozen=True)
 class Pin(Target):
-    """Hold a handle where it is when the solve starts, or at a given place.
+    """Hold a handle at its position at the start of the solve, or at a given one.
 
     Parameters
     ----------
     handle : Handle
     position : (x, y), optional
-        By default where the text has the handle.
+        In font units. Default: where the text has the handle.
     weight : float
-        By default large, so that pins hold in preference to targets.
+        Factor of the square. Default 1e5, so that pins take precedence over targets.
     """
 
     position: Any = None
@@ -79,25 +83,23 @@ class Pin(Target):
         return Target.bind(replace(self, position=here), text)
 
 
+@renamed(on="handles")
 @dataclass(frozen=True)
 class SharedX(Term):
-    """Handles that lie on one vertical line, wherever it is (Sec. 5.1).
+    """Put handles on one vertical line, whose position is free (Sec. 5.1).
 
     Parameters
     ----------
-    on : sequence of Handle
-        Two or more.
+    handles : sequence of Handle
+        Two or more outline points that the term acts on.
     weight : float
+        Factor of the squares. Default 1.
     """
 
-    on: Sequence[Handle]
+    handles: Sequence[Handle]  # type: ignore[assignment]
     weight: float = 1.0
     affine: ClassVar[bool] = True
     coordinate: ClassVar[int] = 0
-
-    @property
-    def handles(self) -> tuple[Handle, ...]:  # type: ignore[override]
-        return tuple(self.on)
 
     def bind(self, text: Text) -> Term:
         _at_least(2, self)
@@ -105,49 +107,50 @@ class SharedX(Term):
 
     def residual(self, points: Array, theta: Array) -> Array:
         along = points[:, self.coordinate]
-        return math.sqrt(self.weight) * (along - along.mean())
+        return np.asarray(along - along.mean())
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
         p = len(points)
         by = np.zeros((p, p, 2))
-        by[:, :, self.coordinate] = math.sqrt(self.weight) * (np.eye(p) - 1 / p)
+        by[:, :, self.coordinate] = np.eye(p) - 1 / p
         return Derivative(points=by)
 
     def miss(self, residual: Array) -> float:
-        return float(np.ptp(residual)) / math.sqrt(self.weight)
+        """The distance between the two outermost handles across the line, in font units."""
+        return float(np.ptp(residual))
 
 
+@renamed(on="handles")
 @dataclass(frozen=True)
 class SharedY(SharedX):
-    """Handles that lie on one horizontal line, wherever it is (Sec. 5.1).
+    """Put handles on one horizontal line, whose position is free (Sec. 5.1).
 
     Parameters
     ----------
-    on : sequence of Handle
-        Two or more.
+    handles : sequence of Handle
+        Two or more outline points that the term acts on.
     weight : float
+        Factor of the squares. Default 1.
     """
 
     coordinate: ClassVar[int] = 1
 
 
+@renamed(on="handles")
 @dataclass(frozen=True)
 class Collinear(Term):
-    """Handles that lie on the straight line through the first and the last (Sec. 5.1).
+    """Put handles on the straight line through the first and the last of them (Sec. 5.1).
 
     Parameters
     ----------
-    on : sequence of Handle
-        Three or more.
+    handles : sequence of Handle
+        Three or more outline points that the term acts on.
     weight : float
+        Factor of the squares. Default 1.
     """
 
-    on: Sequence[Handle]
+    handles: Sequence[Handle]  # type: ignore[assignment]
     weight: float = 1.0
-
-    @property
-    def handles(self) -> tuple[Handle, ...]:  # type: ignore[override]
-        return tuple(self.on)
 
     def bind(self, text: Text) -> Term:
         _at_least(3, self)
@@ -155,7 +158,7 @@ class Collinear(Term):
 
     def residual(self, points: Array, theta: Array) -> Array:
         normal, _ = self._line(points)
-        return math.sqrt(self.weight) * ((points[1:-1] - points[0]) @ normal)
+        return np.asarray((points[1:-1] - points[0]) @ normal)
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
         normal, length = self._line(points)
@@ -168,10 +171,7 @@ class Collinear(Term):
         by[np.arange(inner), np.arange(1, inner + 1)] = normal
         by[:, -1] = -turn
         by[:, 0] = turn - normal
-        return Derivative(points=math.sqrt(self.weight) * by)
-
-    def miss(self, residual: Array) -> float:
-        return float(np.abs(residual).max()) / math.sqrt(self.weight)
+        return Derivative(points=by)
 
     def _line(self, points: Array) -> tuple[Array, float]:
         """The line's unit normal and the distance between its two ends."""
@@ -184,16 +184,18 @@ class Collinear(Term):
 
 @dataclass(frozen=True)
 class Distance(Term):
-    """Two handles that keep, or come to, a distance: stem width, x-height.
+    """Keep the distance between two handles, or set it: stem width, x-height.
 
     Parameters
     ----------
     first, second : Handle
     length : float, optional
-        In font units; by default what it is when the solve starts.
+        In font units. Default: the distance at the start of the solve.
     along : {None, "x", "y"}
-        Measure straight, or only across or only up.
+        None (the default) measures the straight distance, "x" and "y" its horizontal and its
+        vertical part.
     weight : float
+        Factor of the square. Default 1.
     """
 
     first: Handle
@@ -218,22 +220,19 @@ class Distance(Term):
         return self
 
     def residual(self, points: Array, theta: Array) -> Array:
-        return math.sqrt(self.weight) * np.array([self._measure(points)[0] - (self.length or 0.0)])
+        return np.array([self._measure(points)[0] - (self.length or 0.0)])
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
         _, direction = self._measure(points)
-        return Derivative(points=math.sqrt(self.weight) * np.stack([-direction, direction])[None])
-
-    def miss(self, residual: Array) -> float:
-        return abs(float(residual[0])) / math.sqrt(self.weight)
+        return Derivative(points=np.stack([-direction, direction])[None])
 
     def _measure(self, points: Array) -> tuple[float, Array]:
-        """The distance and the unit vector along which it grows."""
+        """The distance, and the unit vector from the first to the second handle."""
         across = points[1] - points[0]
         if self.along is not None:
             across = across * ([1.0, 0.0] if self.along == "x" else [0.0, 1.0])
         size = float(np.hypot(*across))
-        # Points that coincide part sideways, if at all.
+        # Points that coincide have no direction; this one lets them separate sideways.
         return size, across / size if size > 0 else np.array([1.0, 0.0])
 
 

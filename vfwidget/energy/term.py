@@ -1,119 +1,191 @@
-r"""The terms of an energy over points of a text: :math:`E(\Theta) = \sum \|F_i\|^2` (Eq. 4).
+r"""The terms of an energy: :math:`E = \sum_i w_i \|F_i\|^2` over a place (Eq. 4).
 
-A term names the handles it touches, its residual as a function of their positions (and of Θ),
-and that residual's derivative. The chain rule through the text (Eq. 3) is the solver's, so a
-term costs what its few handles cost, not what the outline does.
+Most terms are functions of a few outline points. Such a term names its handles and gives its
+residual, and where it can the derivative of that residual. The chain rule through the text
+(Eq. 3) is applied by the package, so the cost of a term depends on its few points and not on the
+size of the outline.
+
+Two steps are kept apart. :meth:`Term.bind` takes from the text what the term holds on to, once,
+before a solve: the position of a pin, say. :meth:`Term.locate` finds the quantities that the
+residual depends on at a place: which points, or which planes between letters that touch. It runs
+once for a term that always acts on the same points, and again between the steps of the solver for
+a term whose points change (``moving``).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
-
-import numpy as np
+from typing import Any, ClassVar
 
 from ..arrays import Array
 from ..errors import SolveError
-from ..text import Text
-from ..text.word import Handle, PointSet
+from ..text import Handle, Text
+from ..text.place import Block
+from ..text.points import PointSet
+from .autodiff import derivative_of
+from .rows import Derivative, PointRows, Rows
 
-
-@dataclass(frozen=True)
-class Derivative:
-    """What a term's residual (r,) depends on.
-
-    Attributes
-    ----------
-    points : (r, p, 2) array, optional
-        By the positions of the term's points.
-    theta : (r, parameters, n) array, optional
-        By Θ directly.
-    """
-
-    points: Array | None = None
-    theta: Array | None = None
-
-    @property
-    def size(self) -> int:
-        """How many residuals, r."""
-        by = self.points if self.points is not None else self.theta
-        return 0 if by is None else len(by)
+MET = 0.5
+"""Font units: a goal that is missed by no more than this counts as met."""
 
 
 class Term:
-    """One sum of squares in the energy; subclass it for new ones.
+    """One sum of squares in an energy; subclass it to write a new one.
+
+    A subclass sets ``handles`` and defines :meth:`residual`. It may define :meth:`derivative`,
+    which is faster than the automatic one.
 
     Attributes
     ----------
-    weight : float
-        Multiplies the term's squares.
     handles : tuple of Handle
+        The outline points whose positions :meth:`residual` receives, in this order.
+    weight : float
+        Factor of the term's squares, greater than 0. Default 1. The package applies it; a
+        residual leaves it out.
+    tolerance : float or None
+        The goal counts as met when :meth:`miss` is at most this. Default 0.5 font units. None
+        marks a preference that has no goal, such as :class:`StayClose`.
     affine : bool
-        Whether the residual is affine in the points and in Θ, and so its derivative constant.
+        Set it to True where the residual is affine in the positions and in Θ and
+        :meth:`derivative` is defined. Such terms are evaluated faster.
+    moving : bool
+        Set it to True where :meth:`locate` may find other points, or another number of
+        residuals, at another place. It is then called again after every step of the solver.
+
+    Examples
+    --------
+    The tops of two letters at one height:
+
+    >>> import vfwidget as vf
+    >>> class SameHeight(vf.Term):
+    ...     def __init__(self, first, second):
+    ...         self.handles = (first, second)
+    ...
+    ...     def residual(self, points, theta):
+    ...         return points[:1, 1] - points[1:, 1]
+    >>> text = vf.Text("roboto-flex", "nb", shared=False)
+    >>> tops = text.nearest(600, 1080), text.nearest(1600, 1080)
+    >>> vf.solve(text, [SameHeight(*tops), vf.StayClose()]).status
+    'converged'
     """
 
-    weight: float
-    affine: ClassVar[bool] = False
     handles: tuple[Handle, ...] = ()
+    weight: float = 1.0
+    tolerance: float | None = MET
+    affine: ClassVar[bool] = False
+    moving: ClassVar[bool] = False
 
     def bind(self, text: Text) -> Term:
-        """The term with whatever it takes from the text a solve starts from.
+        """The term with everything it takes from the text at the start of a solve.
 
         Raises
         ------
         SolveError
-            A handle of another text, or numbers that are not finite.
+            The weight is not a finite number greater than 0, or a handle belongs to another text.
         """
-        if not (math.isfinite(self.weight) and self.weight > 0):
-            raise SolveError(f"A weight is a finite number > 0, not {self.weight!r}.")
-        for handle in self.handles:
+        _check_weight(self.weight)
+        for handle in self.handles or ():
             if not isinstance(handle, Handle) or not text.owns(handle):
                 raise SolveError(f"{handle!r} is not a handle of the text {text.string!r}.")
         return self
 
-    def key(self) -> Hashable:
-        """What an affine term's derivative depends on, its kind included."""
-        return type(self), self.weight, self.handles
-
-    def label(self) -> str:
-        """Its kind, and the letters it touches, for a report."""
-        letters = [handle.word.glyphs[handle.glyph].name for handle in self.handles]
-        return " ".join([type(self).__name__, *letters])
+    def blocks(self, text: Text) -> Mapping[str, Block]:
+        """Unknowns that the term adds to those of the text, by name; none by default."""
+        return {}
 
     def points(self, text: Text) -> PointSet:
-        """The points of the text that :meth:`residual` is given."""
+        """The points that :meth:`residual` receives; by default those of ``handles``."""
         return text.point_set(self.handles)
 
-    def residual(self, points: Array, theta: Array) -> Array:
-        """Residual (r,) at positions (p, 2) and Θ (parameters, n)."""
-        raise NotImplementedError
+    def locate(self, text: Text) -> Rows | None:
+        """The term's residual as a function of the place, with the points it has at ``text``.
 
-    def derivative(self, points: Array, theta: Array) -> Derivative:
-        """Derivative of :meth:`residual`."""
-        raise NotImplementedError
+        None for a term that has no residual, but only a :meth:`proximity`.
+        """
+        automatic = type(self).derivative is Term.derivative
+        return PointRows(self, self.points(text), automatic)
+
+    def residual(self, points: Any, theta: Any) -> Any:
+        """The residual (r,), in font units where it can be.
+
+        Parameters
+        ----------
+        points : (p, 2) array or tensor
+            Positions of the term's points, in font units.
+        theta : (1, n) or (l, n) array or tensor
+            Normalized coordinates.
+
+        Returns
+        -------
+        (r,) array or tensor
+            Zero where the goal is met. Where :meth:`derivative` is not defined, the arguments are
+            tensors and the result has to be computed from them by torch operations.
+        """
+        raise SolveError(f"{type(self).__name__} defines no residual(points, theta).")
+
+    def derivative(self, points: Any, theta: Any) -> Derivative:
+        """The derivative of :meth:`residual`; by default automatic differentiation finds it.
+
+        Raises
+        ------
+        SolveError
+            The residual is not computed from its arguments by torch operations.
+        """
+        by_points, by_theta = derivative_of(self.residual, points, theta, self.kind)
+        return Derivative(by_points, by_theta)
 
     def miss(self, residual: Array) -> float | None:
-        """How far, in font units, the term is from being met; None where it has no such goal.
+        """How far the goal is missed, in the unit of the residual; None for a preference.
 
         Parameters
         ----------
         residual : (r,) array
-            Its own, weight included.
+            The value of :meth:`residual`, without the weight.
+
+        Returns
+        -------
+        float or None
+            By default the largest absolute value.
         """
-        return None
+        if self.tolerance is None:
+            return None
+        return float(abs(residual).max(initial=0.0))
+
+    def missed_by(self, miss: float) -> str:
+        """A miss in words, for a report."""
+        return f"{miss:.1f} font units"
+
+    def proximity(self, text: Text) -> Mapping[str, tuple[Array, Array]]:
+        """Squares of the unknowns themselves: Σ weights · (value − reference)².
+
+        Returns
+        -------
+        mapping of block name to (weights, reference)
+            Two arrays of the block's shape; the term's weight is included. None by default.
+        """
+        return {}
+
+    @property
+    def kind(self) -> str:
+        """The name of the term's class."""
+        return type(self).__name__
+
+    def label(self) -> str:
+        """The kind of the term and the letters that it acts on, for a report."""
+        return " ".join([self.kind, *(handle.letter_name for handle in self.handles or ())])
 
 
 @dataclass(frozen=True)
-class Account:
-    """What a term comes to at some place.
+class TermResult:
+    """One term, evaluated at the place where a solve ended.
 
     Attributes
     ----------
     term : Term
     miss : float or None
-        How far its goal is missed, in font units; None for a term that only leans one way.
+        How far its goal is missed, in font units; None for a term without a goal.
     cost : float
         Its share of E, in squared font units.
     """
@@ -122,165 +194,14 @@ class Account:
     miss: float | None
     cost: float
 
-
-class Energy:
-    """Terms bound to a text: stacked residuals and their Jacobian, as functions of flat Θ.
-
-    The residuals of affine terms are affine in the scaling factors and in Θ, once for all
-    (:class:`AffineRows`); the other terms are evaluated from their points.
-    """
-
-    def __init__(self, text: Text, terms: Sequence[Term]) -> None:
-        if not terms or not all(isinstance(term, Term) for term in terms):
-            raise SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
-        self._text = text
-        self._shape = text.coordinates.shape
-        bound = [term.bind(text) for term in terms]
-        pairs = [(term, term.points(text)) for term in bound]
-        affine = [pair for pair in pairs if pair[0].affine]
-        # A drag brings the same terms at every event; only what they ask for changes.
-        key = tuple(term.key() for term, _ in affine)
-        self._rows = text.word.remember(key, lambda: AffineRows(text, affine))
-        self._constant = self._rows.constant(affine)
-        self._curved = [pair for pair in pairs if not pair[0].affine]
-        self._terms = bound
-
     @property
-    def kinks(self) -> Array:
-        """Where each coordinate of flat Θ has a kink that some term feels, (parameters · n, q)."""
-        felt = np.ones_like(self._rows.felt) if self._curved else self._rows.felt
-        return self._text.word.kinks(felt)
-
-    def residual(self, x: Array) -> Array:
-        """All residuals (r,) at flat Θ: those of affine terms, then those of the others."""
-        theta = x.reshape(self._shape)
-        residual = self._constant + self._rows.evaluate(theta)[0]
-        if not self._curved:
-            return residual
-        return np.concatenate([residual, *self._curved_residuals(theta)])
-
-    def _curved_residuals(self, theta: Array) -> list[Array]:
-        return [t.residual(self._text.positions(p, theta), theta) for t, p in self._curved]
-
-    def jacobian(self, x: Array) -> Array:
-        """Derivative of the residuals by flat Θ, (r, parameters · n)."""
-        theta = x.reshape(self._shape)
-        jacobian = self._rows.evaluate(theta)[1]
-        if not self._curved:
-            return jacobian
-        return np.concatenate([jacobian, *(self._chain(t, p, theta) for t, p in self._curved)])
-
-    def _chain(self, term: Term, points: PointSet, theta: Array) -> Array:
-        """The chain rule: what its points do to a term, times what Θ does to them."""
-        places, moves = self._text.positions_and_jacobian(points, theta)
-        by = term.derivative(places, theta)
-        block = np.zeros(())
-        if by.points is not None:
-            flat = moves.reshape(places.size, theta.size)
-            block = by.points.reshape(len(by.points), places.size) @ flat
-        if by.theta is not None:
-            block = block + by.theta.reshape(len(by.theta), theta.size)
-        return block
-
-    def accounts(self, x: Array, residual: Array) -> list[Account]:
-        """What each term comes to at flat Θ, in the order the terms were given."""
-        theta = x.reshape(self._shape)
-        own = self._rows.split(residual)
-        curved = self._curved_residuals(theta)
-        accounts = []
-        for term in self._terms:
-            part = (own if term.affine else curved).pop(0)
-            accounts.append(Account(term, term.miss(part), float(part @ part)))
-        return accounts
+    def met(self) -> bool:
+        """Whether the goal is met; True for a term without a goal."""
+        tolerance = self.term.tolerance
+        return self.miss is None or tolerance is None or self.miss <= tolerance
 
 
-class AffineRows:
-    """What affine terms keep while their goals change: ``Σ_letters G γ(θ_letter) + T Θ``.
-
-    Rows that no point moves come last, and are left out of G.
-
-    Attributes
-    ----------
-    felt : (M,) bool array
-        Which of the word's regions any of the terms depends on.
-    """
-
-    def __init__(self, text: Text, terms: Sequence[tuple[Term, PointSet]]) -> None:
-        self._word = word = text.word
-        zero = np.zeros_like(text.coordinates)
-        # Being constant, their derivatives are asked for once, at nowhere.
-        parts = [term.derivative(np.zeros((len(p.letter), 2)), zero) for term, p in terms]
-        offset, straight = [np.zeros(0)], [np.zeros((0, zero.size))]
-        gain = [np.zeros((0, len(zero) * len(word.regions.support)))]
-        pushed = [np.zeros((0, len(word.glyphs)))]
-        self._slices = [slice(0)] * len(parts)
-        end = 0
-        for index in sorted(range(len(parts)), key=lambda i: parts[i].points is None):
-            by, size = parts[index], parts[index].size
-            self._slices[index] = slice(end, end + size)
-            end += size
-            own = np.zeros((size, zero.size)) if by.theta is None else by.theta
-            straight.append(own.reshape(size, zero.size))
-            if by.points is None:
-                offset.append(np.zeros(size))
-                continue
-            rows = terms[index][1].rows
-            flat = by.points.reshape(size, len(rows.base))
-            offset.append(flat @ rows.base)
-            gain.append(flat @ rows.gain)
-            pushed.append(flat @ rows.pushed)
-        self._offset, self._straight = np.concatenate(offset), np.concatenate(straight)
-        self._gain, self._pushed = np.concatenate(gain), np.concatenate(pushed)
-        felt = (self._gain != 0).any(0).reshape(len(zero), len(word.regions.support))
-        self.felt = felt.any(0)
-        self._may_vanish = bool((self._pushed != 0)[:, word.can_vanish].any())
-        self._latest: tuple[bytes, tuple[Array, Array]] | None = None
-
-    def constant(self, terms: Sequence[tuple[Term, PointSet]]) -> Array:
-        """What their present goals add to the rows, (r,)."""
-        zero = np.zeros((self._word.parameters, len(self._word.font.axes)))
-        constant = self._offset.copy()
-        for (term, points), part in zip(terms, self._slices, strict=True):
-            constant[part] += term.residual(np.zeros((len(points.letter), 2)), zero)
-        return constant
-
-    def split(self, residual: Array) -> list[Array]:
-        """Each term's part of the residual, in the order the terms were given."""
-        return [residual[part] for part in self._slices]
-
-    def evaluate(self, theta: Array) -> tuple[Array, Array]:
-        """The rows at Θ, (r,), and their derivative by flat Θ, (r, parameters · n).
-
-        The derivative comes almost free with the rows and is asked for next, and a drag goes on
-        from where its last solve ended: the latest place is kept.
-        """
-        place, latest = theta.tobytes(), self._latest
-        if latest is None or latest[0] != place:
-            self._latest = latest = place, self._evaluate(theta)
-        return latest[1]
-
-    def _evaluate(self, theta: Array) -> tuple[Array, Array]:
-        regions, gain = self._word.regions, self._gain
-        gamma, slopes = regions.scalars_and_slopes(theta)
-        moving = slice(len(gain))
-        rows = self._straight.dot(theta.ravel())
-        if self._may_vanish:
-            rows[moving], gain = self._hold_advances(rows[moving], gamma)
-        rows[moving] += gain.dot(gamma.ravel())
-        # (row, letter, region · slot) times the one-hot matrix of the slots' axes.
-        q = slopes.shape[-1]
-        weighted = gain[..., None] * slopes.reshape(-1, q)
-        one_hot = regions.one_hot.reshape(-1, theta.shape[-1])
-        by_axis = weighted.reshape(len(gain), len(theta), len(one_hot)) @ one_hot
-        jacobian = self._straight.copy()
-        jacobian[moving] += by_axis.reshape(len(gain), theta.size)
-        return rows, jacobian
-
-    def _hold_advances(self, rows: Array, gamma: Array) -> tuple[Array, Array]:
-        """Take out again what advances below zero would push: they are held at zero."""
-        word = self._word
-        negative = word.unclipped_advances(gamma) < 0
-        if not negative.any():
-            return rows, self._gain
-        pushed = self._pushed * negative
-        return rows - pushed @ word.advance_base, self._gain - word.advance_rows(pushed)
+def _check_weight(weight: Any) -> None:
+    number = isinstance(weight, int | float) and not isinstance(weight, bool)
+    if not (number and math.isfinite(weight) and weight > 0):
+        raise SolveError(f"A weight is a finite number > 0, not {weight!r}.")

@@ -1,20 +1,23 @@
-"""Terms over the whole word: its axes, its width, its ink, or any function of its points."""
+"""Terms over the whole word: its axes, width and inked area, or any function of its points."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..arrays import Array, ArrayLike, to_array, to_tensor
+from ..arrays import Array, ArrayLike, to_array
+from ..deprecation import renamed
 from ..errors import SolveError
 from ..outline.cubics import AREA
-from ..text import Text
-from ..text.word import Handle, PointSet
-from .term import Derivative, Term
+from ..text import Handle, Text
+from ..text.place import AXES
+from ..text.points import PointSet
+from .rows import Derivative, Rows
+from .term import MET, Term
 
 if TYPE_CHECKING:
     import torch
@@ -24,128 +27,138 @@ if TYPE_CHECKING:
 class StayClose(Term):
     """Stay near a place of the design space: λ ‖Θ − Θ₀‖² (Sec. 5.1).
 
-    Among the many places that meet the other terms it picks the nearest.
+    Among the many places that meet the other terms equally well it selects the nearest.
 
     Parameters
     ----------
     weight : float
-        λ, in squared font units per squared normalized unit. 1e-3 settles ties and moves a
-        target by far less than a unit.
+        λ, in squared font units per squared normalized unit. The default 1e-3 only decides
+        between solutions that meet the other terms equally well; it moves a target by far less
+        than one font unit.
     theta : (1, n) or (l, n) array, optional
-        Θ₀, by default where the solve starts.
+        Θ₀. Default: Θ at the start of the solve.
     """
 
     weight: float = 1e-3
-    affine: ClassVar[bool] = True
     theta: ArrayLike | None = None
+    tolerance = None
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
-        here = text.coordinates if self.theta is None else to_array(self.theta)
-        return StayClose(self.weight, here)
+        if self.theta is None:
+            return StayClose(self.weight, text.coordinates)
+        try:
+            reference = np.broadcast_to(to_array(self.theta), text.coordinates.shape)
+        except (TypeError, ValueError, RuntimeError):
+            reference = np.full(1, np.nan)
+        if not np.isfinite(reference).all():
+            raise SolveError(
+                f"theta must be finite numbers of shape {text.coordinates.shape}; "
+                f"received {self.theta!r:.200}."
+            )
+        return StayClose(self.weight, reference)
 
-    def residual(self, points: Array, theta: Array) -> Array:
-        return math.sqrt(self.weight) * (theta - to_array(self.theta)).ravel()
+    def locate(self, text: Text) -> Rows | None:
+        return None
 
-    def derivative(self, points: Array, theta: Array) -> Derivative:
-        identity = np.zeros((theta.size, theta.size))
-        identity.flat[:: theta.size + 1] = math.sqrt(self.weight)
-        return Derivative(theta=identity.reshape(theta.size, *theta.shape))
+    def proximity(self, text: Text) -> Mapping[str, tuple[Array, Array]]:
+        reference = to_array(self.theta)
+        return {AXES: (np.full(reference.shape, self.weight), reference)}
 
 
 @dataclass(frozen=True)
 class AxisTarget(Term):
-    """Pull axes to values of their own, beside what the points ask for.
+    """Pull axes to given values, as a preference in addition to the other terms.
 
     Parameters
     ----------
     axes : mapping of tag to user value
     letter : int, optional
-        Which letter's axes, where each has its own; by default all.
+        The letter whose axes are pulled, where each has its own. Default: all letters.
     weight : float
-        In squared font units per squared normalized unit: by default an axis's whole way from
-        default to end counts as much as 100 font units.
+        In squared font units per squared normalized unit. By default the way from the default to
+        the end of an axis counts as much as 100 font units.
     """
 
     axes: Mapping[str, float]
     letter: int | None = None
     weight: float = 1e4
-    affine: ClassVar[bool] = True
-    _goal: Any = field(default=None, repr=False)
-    _rows: Any = field(default=None, repr=False)
+    tolerance = None
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
-        letters, n = text.coordinates.shape
-        tags = [axis.tag for axis in text.font.axes]
-        goal = to_array(text.font.normalize(self.axes))
-        wanted = [i for i in range(n) if tags[i] in self.axes]
-        if self.letter is not None and not 0 <= self.letter < letters:
-            raise SolveError(f"There is no letter {self.letter}; {text.string!r} has {letters}.")
-        rows = range(letters) if self.letter is None else [self.letter]
-        index = np.array([[row, i] for row in rows for i in wanted], dtype=np.intp).reshape(-1, 2)
-        return replace(self, _goal=goal[index[:, 1]], _rows=index)
+        if not isinstance(self.axes, Mapping):
+            raise SolveError(f"axes is a mapping of tag to user value, not {self.axes!r}.")
+        letters = len(text.coordinates)
+        if self.letter is not None:
+            whole = isinstance(self.letter, int | np.integer) and not isinstance(self.letter, bool)
+            if not whole or not 0 <= self.letter < letters:
+                raise SolveError(
+                    f"There is no letter {self.letter!r}; {text.string!r} has {letters} axis "
+                    f"vectors, counted from 0."
+                )
+        return self
 
-    def key(self) -> Hashable:
-        return super().key(), self._rows.tobytes()
+    def locate(self, text: Text) -> Rows | None:
+        return None
 
-    def residual(self, points: Array, theta: Array) -> Array:
-        return math.sqrt(self.weight) * (theta[self._rows[:, 0], self._rows[:, 1]] - self._goal)
+    def proximity(self, text: Text) -> Mapping[str, tuple[Array, Array]]:
+        weights, reference = np.zeros_like(text.coordinates), np.zeros_like(text.coordinates)
+        named = [axis.tag in self.axes for axis in text.font.axes]
+        rows = slice(None) if self.letter is None else self.letter
+        weights[rows] = np.where(named, self.weight, 0.0)
+        reference[:] = to_array(text.font.normalize(self.axes))
+        return {AXES: (weights, reference)}
 
-    def derivative(self, points: Array, theta: Array) -> Derivative:
-        by = np.zeros((len(self._rows), *theta.shape))
-        by[np.arange(len(self._rows)), self._rows[:, 0], self._rows[:, 1]] = 1
-        return Derivative(theta=math.sqrt(self.weight) * by)
 
-
+@renamed(measure="width")
 @dataclass(frozen=True)
 class Width(Term):
-    """Fit the line to a measure: its advance widths add up to ``measure``.
+    """Make the line a given width, which is the sum of its advance widths.
 
     Parameters
     ----------
-    measure : float
+    width : float
         In font units.
     weight : float
+        Factor of the square. Default 1.
     """
 
-    measure: float
+    width: float
     weight: float = 1.0
     affine: ClassVar[bool] = True
 
     def bind(self, text: Text) -> Term:
-        if not math.isfinite(self.measure):
-            raise SolveError(f"A measure is a finite number, not {self.measure!r}.")
+        if not _is_finite(self.width):
+            raise SolveError(f"A width is a finite number of font units, not {self.width!r}.")
         return super().bind(text)
 
     def points(self, text: Text) -> PointSet:
-        return text.word.end()
+        return text.word.end
 
     def residual(self, points: Array, theta: Array) -> Array:
-        return math.sqrt(self.weight) * (points[:, 0] - self.measure)
+        return np.asarray(points[:, 0] - self.width)
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
-        return Derivative(points=math.sqrt(self.weight) * np.array([[[1.0, 0.0]]]))
-
-    def miss(self, residual: Array) -> float:
-        return abs(float(residual[0])) / math.sqrt(self.weight)
+        return Derivative(points=np.array([[[1.0, 0.0]]]))
 
 
 @dataclass(frozen=True)
 class Area(Term):
-    """Keep, or come to, an area of ink: optical weight.
+    """Keep the inked area, or set it: it measures how dark the text looks.
 
     Parameters
     ----------
     area : float, optional
-        In squared font units; by default what it is when the solve starts.
+        In squared font units. Default: the area at the start of the solve.
     weight : float
+        Factor of the square. Default 1.
 
     Notes
     -----
-    The area is the integral of the winding number, ∮ x dy over every contour in closed form;
-    where contours of one letter overlap it counts twice. The residual is its excess over the
-    square root of the goal, which is in font units, as other terms' residuals are.
+    The area is the integral of the winding number, ∮ x dy over every contour in closed form.
+    Where contours of one letter overlap, the overlap counts twice. The residual is the excess of
+    the area, divided by the square root of the goal; it is in font units as those of other terms.
     """
 
     area: float | None = None
@@ -159,11 +172,11 @@ class Area(Term):
             raise SolveError(f"{text.string!r} has no outline, and so no area.")
         bound = replace(self, _contours=text.word.contours.segments)
         here = bound._measure(to_array(text.points()))
-        # Outer contours run one way or the other, as the font's designer had it.
+        # Outer contours run clockwise or counterclockwise, depending on the font.
         bound = replace(bound, _sign=math.copysign(1.0, here))
         if self.area is None:
             return replace(bound, area=abs(here))
-        if not (math.isfinite(self.area) and self.area > 0):
+        if not (_is_finite(self.area) and self.area > 0):
             raise SolveError(f"An area is a finite number > 0, not {self.area!r}.")
         return bound
 
@@ -172,23 +185,20 @@ class Area(Term):
 
     def residual(self, points: Array, theta: Array) -> Array:
         goal = self.area or 1.0
-        return math.sqrt(self.weight / goal) * np.array([self._measure(points) - goal])
+        return np.array([self._measure(points) - goal]) / math.sqrt(goal)
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
         x, y = (points[self._contours, i] for i in range(2))
         by = np.zeros_like(points)
         np.add.at(by, self._contours, np.stack([y @ AREA.T, x @ AREA], -1))
-        scale = self._sign * math.sqrt(self.weight / (self.area or 1.0))
-        return Derivative(points=scale * by[None])
-
-    def miss(self, residual: Array) -> float:
-        return abs(float(residual[0])) / math.sqrt(self.weight)
+        return Derivative(points=self._sign / math.sqrt(self.area or 1.0) * by[None])
 
     def _measure(self, points: Array) -> float:
         x, y = (points[self._contours, i] for i in range(2))
         return self._sign * float((x * (y @ AREA.T)).sum())
 
 
+@renamed(on="handles")
 @dataclass(frozen=True)
 class Residual(Term):
     """Any differentiable function of the text's points.
@@ -196,43 +206,41 @@ class Residual(Term):
     Parameters
     ----------
     function : callable
-        A (p, 2) tensor of positions in font units to a tensor of residuals. torch differentiates
-        it.
-    on : sequence of Handle, optional
-        The points it is given; by default all control points of the text, in order.
+        Maps a (p, 2) tensor of positions, in font units, to a tensor of residuals, which are zero
+        where the goal is met. torch differentiates it.
+    handles : sequence of Handle, optional
+        The points it receives. Default: all control points of the text, in order.
     weight : float
+        Factor of the squares. Default 1.
+    tolerance : float or None
+        The goal counts as met where no residual is larger than this. Default 0.5. None if the
+        function is a preference that has no goal.
 
     Examples
     --------
-    Keep the second letter's top at the height of the first's::
+    Keep the top of the second letter at the height of the first::
 
-        vf.Residual(lambda p: p[:1, 1] - p[1:, 1], on=[first, second])
+        vf.Residual(lambda p: p[:1, 1] - p[1:, 1], handles=[first, second])
     """
 
     function: Callable[[torch.Tensor], torch.Tensor]
-    on: Sequence[Handle] | None = None
+    handles: Sequence[Handle] | None = None  # type: ignore[assignment]
     weight: float = 1.0
+    tolerance: float | None = MET
 
-    @property
-    def handles(self) -> tuple[Handle, ...]:  # type: ignore[override]
-        return tuple(self.on or ())
+    def bind(self, text: Text) -> Term:
+        if not callable(self.function):
+            raise SolveError(f"function must be callable; received {self.function!r}.")
+        return super().bind(text)
 
     def points(self, text: Text) -> PointSet:
-        return text.point_set(None if self.on is None else self.handles)
+        return text.point_set(self.handles)
 
-    def residual(self, points: Array, theta: Array) -> Array:
-        return math.sqrt(self.weight) * to_array(self._call(to_tensor(points)))
+    def residual(self, points: torch.Tensor, theta: torch.Tensor) -> torch.Tensor:
+        return self.function(points)
 
-    def derivative(self, points: Array, theta: Array) -> Derivative:
-        import torch
 
-        # Jupyter may run this on a thread whose grad mode was never set.
-        with torch.enable_grad():
-            jacobian = torch.autograd.functional.jacobian(self._call, to_tensor(points))
-        return Derivative(points=math.sqrt(self.weight) * to_array(jacobian))
-
-    def _call(self, points: torch.Tensor) -> torch.Tensor:
-        value = self.function(points)
-        if not hasattr(value, "reshape") or not hasattr(value, "requires_grad"):
-            raise SolveError(f"A Residual's function must give a tensor, not {type(value)}.")
-        return value.reshape(-1)
+def _is_finite(value: Any) -> bool:
+    """Whether a value is a finite number."""
+    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    return number and math.isfinite(value)

@@ -1,4 +1,4 @@
-"""``vf.match``: a picture of letters in, the axes that reproduce it out (Sec. 5.4)."""
+"""``vf.match`` finds the axis values that reproduce a picture of letters (Sec. 5.4)."""
 
 from __future__ import annotations
 
@@ -8,24 +8,26 @@ from typing import Any, Protocol, TypeAlias
 
 from tqdm.auto import tqdm
 
-from ..arrays import Array, ArrayLike, to_array
+from ..arrays import Array, ArrayLike
+from ..deprecation import renamed
 from ..errors import ImageError
 from ..font import Font, load_font
 from ..font.source import FontSource
 from ..text import AxisValues, Text
 from .catalogue import match_fonts
-from .fit import FITTED, Options
+from .fit import Options
 from .images import ImageSource, read_image
+from .looks import check_fitted
 from .match import STAGES, Request, Search, Settings
 from .result import Match
 
 RESOLUTION = 512
 LEAST_SIDE = 6
-"""Pixels of a picture in which letters could be told."""
+"""Pixels: letters in a smaller picture cannot be recognised."""
 MOST_ASPECT = STAGES[0][0]
 """Longer side over shorter side; a narrower picture has no row of pixels at the first stage."""
 EVEN, UNEVEN = 1, 6
-"""Terms of the paper's brightness."""
+"""Number of coefficients of the paper's brightness."""
 ITERATIONS = {"gauss-newton": 40, "adam": 100}
 Source: TypeAlias = "Font | FontSource"
 
@@ -37,6 +39,7 @@ class Viewer(Protocol):
     axes: Any
 
 
+@renamed(light="background")
 def match(
     image: ImageSource,
     text: str | Text,
@@ -49,7 +52,7 @@ def match(
     placement: ArrayLike | None = None,
     fit: Sequence[str] | None = None,
     ink: str = "auto",
-    light: str = "uneven",
+    background: str = "uneven",
     loss: str = "soft_l1",
     optimizer: str = "gauss-newton",
     max_iterations: int | None = None,
@@ -57,62 +60,63 @@ def match(
     watch: Viewer | Callable[[Text, float], None] | None = None,
     progress: bool = True,
 ) -> Match:
-    """Find the instance of a variable font, or of which of many, that a picture of letters shows.
+    """Estimate the axis values of the letters in a picture, and rank fonts if given several.
 
     Parameters
     ----------
     image : (H, W) array or tensor, PIL image, or path
-        Floats 0 ink … 1 paper, or uint8; colour and transparency are read too.
+        Floats from 0 (ink) to 1 (paper), or uint8; colour and transparency are read too.
     text : str or Text
-        What it says. A Text brings its font, unless another is given, and whether its letters
-        share their axes.
-    font : Font or what :func:`load_font` takes; or a sequence of them
+        The string in the picture. If it is a Text, its ``shared`` setting is used, and its font
+        unless ``font`` or ``fonts`` is given.
+    font : Font, or a source that :func:`load_font` takes; or a sequence of them
     fonts : sequence of those
-        In place of ``font``: all are fitted, and the best is returned, with the others ranked.
+        In place of ``font``: all are fitted, and the best is returned with the others ranked.
     executor : concurrent.futures.Executor, optional
-        Where to fit several fonts: a process pool with any start method, or Dask's
+        Where several fonts are fitted: a process pool with any start method, or Dask's
         ``client.get_executor()``. The
         results are those of one process.
     shared : bool
-        One axis vector for the word, or one for each letter.
-    axes : mapping, or one per letter, optional
-        Where to start. By default a sweep of the design space finds several starts.
+        True (the default) for one axis vector for the word, False for one for each letter.
+    axes : axis values, or one for each letter, optional
+        The start. By default a coarse search of the design space finds several starts.
     placement : (2, 3) array, optional
         The affine map from the text's font units, y up, to pixels, y down: a similarity. By
         default it is estimated from the ink, and fitted.
-    fit : sequence of {"x", "y", "size", "turn", "blur", "light"}, optional
-        What is fitted beside the axes: by default all of it, but with ``placement`` only
-        ``"blur"`` and ``"light"``.
+    fit : sequence of {"x", "y", "size", "rotation", "blur", "background"}, optional
+        Quantities fitted in addition to the axes. Default: all of them; with ``placement`` only
+        ``"blur"`` and ``"background"``.
     ink : {"auto", "dark", "light"}
-        Whether ink is darker than paper.
-    light : {"uneven", "even"}
-        Whether the paper's brightness may vary over the picture, as in photographs.
+        Whether the ink is darker or lighter than the paper. Default: found from the border.
+    background : {"uneven", "even"}
+        Whether the paper's brightness may vary over the picture, as in photographs. Default
+        "uneven".
     loss : {"soft_l1", "linear", "huber", "cauchy", "arctan"}
-        How much large residuals count. Stains and what else is no letter are outliers.
+        How much large residuals count; stains and other marks are outliers. Default "soft_l1".
     optimizer : {"gauss-newton", "adam"}
-        Damped Gauss–Newton from several starts, coarse to fine; or Adam from the best of them,
-        as in the paper.
+        Damped Gauss–Newton from several starts, coarse to fine (the default); or Adam from the
+        best of them, as in the paper.
     max_iterations : int, optional
-        At the last resolution: by default 40, of Adam 100.
+        At the last resolution. Default 40, for Adam 100.
     resolution : int
-        A larger picture is made smaller, to this many pixels at its longer side.
+        A larger picture is shrunk to this many pixels at its longer side. Default 512.
     watch : Editor, or callable of (Text, loss), optional
-        Shown every step as it is taken.
+        It is shown every step.
     progress : bool
-        Show a progress bar.
+        Whether to show a progress bar.
 
     Returns
     -------
     Match
-        Judge it by ``match.status``: a picture of something else gives a poor one.
+        Judge it by ``match.status``: a picture of something else gives a poor match.
 
     Raises
     ------
     ImageError
-        An image that cannot be read, is uniform, too large or too small; a text without ink; a
-        placement that is no similarity; unknown options.
+        The image cannot be read, is uniform, too large or too small; the text has no ink; the
+        placement is not a similarity; or an option is unknown.
     FontError, GlyphError, TextError, AxisError
-        As :class:`Text`; of several fonts only when none can be fitted.
+        As for :class:`Text`; for several fonts only if none can be fitted.
 
     Notes
     -----
@@ -128,13 +132,16 @@ def match(
     ('matched', 700)
     """
     values = read_image(image)
+    height, width = values.shape
     if min(values.shape) < LEAST_SIDE:
-        raise ImageError(f"Letters cannot be told in a picture of {values.shape} pixels.")
+        raise ImageError(
+            f"The image is too small: it has {height} × {width} pixels, and each side needs at "
+            f"least {LEAST_SIDE}."
+        )
     if max(values.shape) > MOST_ASPECT * min(values.shape):
         raise ImageError(
-            f"The image is too narrow: it has {values.shape[0]} × {values.shape[1]} pixels, and "
-            f"the longer side can be {MOST_ASPECT} times the shorter one at most. Crop it to a "
-            "part of the text."
+            f"The image is too narrow: it has {height} × {width} pixels, and the longer side can "
+            f"be {MOST_ASPECT} times the shorter one at most. Crop it to a part of the text."
         )
     if isinstance(font, Sequence) and not isinstance(font, str | bytes | bytearray):
         font, fonts = None, font
@@ -143,16 +150,14 @@ def match(
         shared, text = text.shared, text.string
     if (font is None) == (fonts is None):
         raise ImageError("Give a font, or several as fonts=[…].")
-    if fit is None:
-        fit = FITTED if placement is None else ("blur", "light")
-    if isinstance(fit, str) or not isinstance(fit, Sequence):
-        raise ImageError(f"fit is a sequence of names of {', '.join(FITTED)}, not {fit!r}.")
-    options = Options(tuple(fit), optimizer, loss)
+    options = Options(check_fitted(fit, placement is not None), optimizer, loss)
     settings = Settings(
         options=options,
         theta=None,
         placement=None,
-        terms={"even": EVEN, "uneven": UNEVEN}[_one_of(light, ("even", "uneven"), "light")],
+        terms={"even": EVEN, "uneven": UNEVEN}[
+            _one_of(background, ("even", "uneven"), "background")
+        ],
         dark={"auto": None, "dark": True, "light": False}[
             _one_of(ink, ("auto", "dark", "light"), "ink")
         ],
@@ -161,7 +166,7 @@ def match(
             0, ITERATIONS[optimizer] if max_iterations is None else max_iterations, "max_iterations"
         ),
     )
-    request = Request(text, shared, axes, _matrix(placement), settings)
+    request = Request(text, shared, axes, placement, settings)
     if fonts is not None:
         return match_fonts(values, fonts, request, executor, progress)
     own = request.text(load_font(font))
@@ -174,13 +179,6 @@ def match(
 
         outcome = Search(own, values, request.settings_for(own), advance, shown).outcome()
     return Match(own.moved(outcome.state.theta), values, outcome)
-
-
-def _matrix(placement: ArrayLike | None) -> Array | None:
-    try:
-        return None if placement is None else to_array(placement)
-    except (TypeError, ValueError, RuntimeError) as error:
-        raise ImageError(f"A placement is a (2, 3) array of numbers ({error}).") from None
 
 
 def _at_least(least: int, value: int, what: str) -> int:

@@ -9,14 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import ImageError
+from ..arrays import Array, ArrayLike
 from ..font import Font
 from ..text import Text
-from .fit import Options, Problem, Watch, deviations, fit
-from .images import noise_variance, part, shrink
-from .scene import Scene, State, middle
-from .start import best_starts, candidates, felt, placements, rank, readings
+from ..text.place import OFFSETS
+from .fit import Options, Watch, deviations, fit
+from .images import Levels, noise_variance, part, shrink
+from .looks import View
+from .placement import place_on_ink, read_placement
+from .scene import Scene, State
+from .start import best_starts, candidates, felt, rank, readings
 
 STAGES = ((48, 6), (96, 3))
 """Pixels of the longer side, and how many starts are fitted at them, before the last stage."""
@@ -29,8 +31,6 @@ MANY = 6
 HOP_SIDE, HOPS, HOP_ITERATIONS = 64, 16, 20
 BETTER, PERFECT = 0.8, 1e-9
 """What share of the loss a hop has to come below, and a loss that needs no hops."""
-NOT_SIMILAR = 1e-6
-"""How far, relative to its scale, a placement may be from a similarity."""
 
 Progress = Callable[[str], None]
 
@@ -135,16 +135,16 @@ class Search:
         if self.settings.options.optimizer == "gauss-newton":
             path = self._coarse(starts)
         self.progress("full size")
-        problem = self._problem(self.settings.resolution, path[-1])
-        found = fit(problem, self.settings.max_iterations, self.watch)
-        theta = found.state.theta
+        options = self.settings.options
+        view = self._picture(self.settings.resolution, path[-1])
+        found = fit(view, options, self.settings.max_iterations, self.watch)
         return Outcome(
             state=found.state,
             loss=found.loss,
             score=self._score(found.state),
-            deviation=deviations(problem, found.state)[: theta.size].reshape(theta.shape),
+            deviation=deviations(view, found.state, options.loss),
             path=path[:-1] + found.path,
-            measure=(problem.scene.factor, self.settings.options.loss, problem.scale),
+            measure=(view.scene.factor, options.loss, view.scale),
             iterations=found.iterations,
             converged=found.converged,
         )
@@ -162,8 +162,8 @@ class Search:
             self._views[factor] = scene, shrink(self.image, factor)
         return self._views[factor]
 
-    def _problem(self, side: int, start: State) -> Problem:
-        return Problem(*self._view(side), start, self.settings.options)
+    def _picture(self, side: int, start: State) -> View:
+        return View(*self._view(side), start, self.settings.options.fitted)
 
     def _candidates(self) -> tuple[list[State], Array]:
         """Places of the design space put where the ink is, and what each leaves unexplained."""
@@ -175,8 +175,8 @@ class Search:
             if settings.placement is not None:
                 places = np.broadcast_to(settings.placement, (len(thetas), 4))
             else:
-                turn = "turn" in settings.options.fitted
-                places = placements(self.text, thetas, ink, scene.factor, turn)
+                rotated = "rotation" in settings.options.fitted
+                places = place_on_ink(self.text, thetas, ink, scene.factor, rotated)
             return places, rank(scene, thetas, places, small, settings.terms)
 
         places, shares = put(thetas, ink)
@@ -187,10 +187,13 @@ class Search:
             if least < MUCH_LESS * shares.min():
                 places, shares = put(thetas, other)
         states = [
-            State(theta, place, 0.0, levels.light, levels.ink)
-            for theta, place in zip(thetas, places, strict=True)
+            self._state(theta, place, levels) for theta, place in zip(thetas, places, strict=True)
         ]
         return states, shares
+
+    def _state(self, theta: Array, placement: Array, levels: Levels) -> State:
+        offsets = self.text.place[OFFSETS]
+        return State(theta, placement, 0.0, levels.light, levels.ink, offsets)
 
     def _starts(self) -> list[State]:
         """States to fit from, the best first."""
@@ -198,7 +201,7 @@ class Search:
         if settings.theta is not None and settings.placement is not None:
             small = self._view(STAGES[0][0])[1]
             levels, _ = part(small, settings.terms, settings.dark)
-            return [State(settings.theta, settings.placement, 0.0, levels.light, levels.ink)]
+            return [self._state(settings.theta, settings.placement, levels)]
         return best_starts(*self._candidates(), STAGES[0][1])
 
     def _coarse(self, starts: list[State]) -> list[State]:
@@ -208,9 +211,10 @@ class Search:
         for side, count in STAGES if settings.theta is None else STAGES[:1]:
             self.progress(f"{side} pixels")
             side = min(side, settings.resolution)
+            views = [self._picture(side, path[-1]) for path in paths[:count]]
             fits = [
-                (path, fit(self._problem(side, path[-1]), COARSE_ITERATIONS, self.watch))
-                for path in paths[:count]
+                (path, fit(view, settings.options, COARSE_ITERATIONS, self.watch))
+                for path, view in zip(paths, views, strict=False)
             ]
             fits.sort(key=lambda one: one[1].loss)
             paths = [path[:-1] + found.path for path, found in fits]
@@ -228,15 +232,16 @@ class Search:
         of them are wrong together (basin hopping, Wales and Doye 1997, without its temperature).
         """
         lower, upper = self.text.font.bounds
+        options = self.settings.options
         chance, movable = np.random.default_rng(0), felt(self.text)
-        found = fit(self._problem(HOP_SIDE, best), HOP_ITERATIONS)
+        found = fit(self._picture(HOP_SIDE, best), options, HOP_ITERATIONS)
         for _ in range(HOPS):
             if found.loss < PERFECT:
                 break
             theta = found.state.theta
             anew = movable & (chance.random(theta.shape) < 0.5)
             start = replace(found.state, theta=np.where(anew, chance.uniform(lower, upper), theta))
-            other = fit(self._problem(HOP_SIDE, start), HOP_ITERATIONS)
+            other = fit(self._picture(HOP_SIDE, start), options, HOP_ITERATIONS)
             if other.loss < BETTER * found.loss:
                 found = other
         return found.state
@@ -287,7 +292,7 @@ class Request:
     string: str
     shared: bool
     axes: Any
-    placement: Array | None
+    placement: ArrayLike | None
     settings: Settings
 
     def text(self, font: Font) -> Text:
@@ -296,28 +301,6 @@ class Request:
 
     def settings_for(self, text: Text) -> Settings:
         """Where to start, in this text's coordinates."""
-        placement = None if self.placement is None else _similarity(self.placement, text)
+        placement = read_placement(self.placement, text)
         theta = None if self.axes is None else text.coordinates
         return replace(self.settings, placement=placement, theta=theta)
-
-
-def _similarity(matrix: Array, text: Text) -> Array:
-    """An affine map (2, 3) as t, log s and φ of a :class:`~.scene.State`.
-
-    Raises
-    ------
-    ImageError
-        It is no similarity that turns y down.
-    """
-    if matrix.shape != (2, 3) or not np.isfinite(matrix).all():
-        raise ImageError(f"A placement is a finite (2, 3) matrix, not {matrix.shape}.")
-    linear = matrix[:, :2]
-    a, b = linear[:, 0]
-    expected = np.array([[a, b], [b, -a]])
-    size = math.hypot(a, b)
-    if size == 0 or abs(linear - expected).max() > NOT_SIMILAR * size:
-        raise ImageError(
-            "A placement scales, turns and shifts, and turns y down: [[a, b, x], [b, -a, y]]."
-        )
-    shift = linear @ middle(text) + matrix[:, 2]
-    return np.array([*shift, math.log(size), math.atan2(b, a)])

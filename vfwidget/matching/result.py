@@ -1,7 +1,8 @@
-"""What a match found, in the terms of those who asked."""
+"""The result of a match: axis values with their uncertainty, and a report in words."""
 
 from __future__ import annotations
 
+import html
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array, to_tensor
+from ..deprecation import warn_renamed
 from ..solver.loss import robust_cost
 from ..text import Text
 from .images import shrink
@@ -20,13 +22,13 @@ if TYPE_CHECKING:
 
 GOOD = 0.95
 """The least share of the ink that a match explains."""
-UNSEEN = 0.1
-"""A standard deviation, in normalized coordinates, from which on an axis cannot be told."""
+UNDETERMINED = 0.1
+"""A standard deviation, in normalized coordinates, at which an axis is undetermined."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Match:
-    """What :func:`vfwidget.match` found.
+    """The result of :func:`vfwidget.match`.
 
     Attributes
     ----------
@@ -37,9 +39,10 @@ class Match:
     outcome : Outcome
         The fitted state as numbers.
     ranking : tuple of Match
-        Of several fonts all that could be fitted, the best first; else this one alone.
+        One match for each fitted font, the best first; with a single font, only this match.
     left_out : dict of str to str
-        Fonts that could not be fitted, and why.
+        Fonts that were not fitted, and the reason: they could not be fitted, or the coarse search
+        ranked them too low.
     """
 
     text: Text
@@ -48,9 +51,15 @@ class Match:
     ranking: tuple[Match, ...] = field(default=(), repr=False)
     left_out: dict[str, str] = field(default_factory=dict, repr=False)
 
+    def __repr__(self) -> str:
+        return f"<Match of {self.text.string!r}: " + "\n ".join(self.report().splitlines()) + ">"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(self.report())}</pre>"
+
     @property
     def axes(self) -> Any:
-        """User coordinates found; as :attr:`Text.axes`."""
+        """User coordinates found, in the form of :attr:`Text.axes`."""
         return self.text.axes
 
     @property
@@ -60,12 +69,15 @@ class Match:
 
     @property
     def score(self) -> float:
-        """Share of the ink that the fitted picture explains, noise apart; 1 is all."""
+        """Coefficient of determination of the ink; 1 is a perfect fit.
+
+        1 − residual / ink, both sums of squares with the noise subtracted.
+        """
         return self.outcome.score
 
     @property
     def status(self) -> str:
-        """``"matched"`` or, where too much of the picture is unlike the text, ``"poor"``."""
+        """``"matched"``, or ``"poor"`` where less than 95 % of the ink is explained."""
         return "matched" if self.score >= GOOD else "poor"
 
     @cached_property
@@ -101,7 +113,7 @@ class Match:
 
     @property
     def residual(self) -> torch.Tensor:
-        """The fitted picture less the given one, (H, W)."""
+        """The fitted picture minus the given one, (H, W)."""
         return self.image - to_tensor(self.target)
 
     @property
@@ -111,10 +123,10 @@ class Match:
 
     @property
     def uncertainty(self) -> Any:
-        """Standard deviation of each axis in user coordinates, by tag; infinite where unseen.
+        """Standard deviation of each axis in user coordinates, by tag.
 
-        From the Jacobian of the picture and the noise that the residual shows. A dict when axes
-        are shared, a list of one per letter otherwise.
+        From the Jacobian of the picture and the noise that the residual shows; infinite for an
+        undetermined axis. A dict when axes are shared, else a list with one for each letter.
         """
         rows = [
             self._spread(w, d) for w, d in zip(self._theta, self.outcome.deviation, strict=True)
@@ -126,7 +138,7 @@ class Match:
         lower, upper = font.bounds
         spread = {}
         for i, axis in enumerate(font.axes):
-            if not deviation[i] < UNSEEN:
+            if not deviation[i] < UNDETERMINED:
                 spread[axis.tag] = float("inf")
                 continue
             ends = []
@@ -143,13 +155,21 @@ class Match:
         return self.text.coordinates
 
     @property
-    def unseen(self) -> Any:
-        """Tags of axes that this picture does not show; a list of tuples when not shared."""
+    def undetermined(self) -> Any:
+        """Tags of axes that this picture does not determine; a list of tuples when not shared."""
         rows = [
-            tuple(a.tag for a, d in zip(self.text.font.axes, row, strict=True) if not d < UNSEEN)
+            tuple(
+                a.tag for a, d in zip(self.text.font.axes, row, strict=True) if not d < UNDETERMINED
+            )
             for row in self.outcome.deviation
         ]
         return rows[0] if self.text.shared else rows
+
+    @property
+    def unseen(self) -> Any:
+        """The former name of :attr:`undetermined`."""
+        warn_renamed("unseen", "undetermined")
+        return self.undetermined
 
     def report(self) -> str:
         """How good the match is, and every axis with its uncertainty, as a table to print."""
@@ -159,16 +179,19 @@ class Match:
             f"{self.text.string!r}"
         ]
         if self.status == "poor":
-            lines.append("That is no instance of this font; the axes are of the nearest at best.")
+            lines.append(
+                "The picture does not show an instance of this font; at best, the axis values are "
+                "those of the most similar instance."
+            )
         axes = [self.axes] if self.text.shared else self.axes
         spread = [self.uncertainty] if self.text.shared else self.uncertainty
         for letter, (values, about) in enumerate(zip(axes, spread, strict=True)):
-            of = "" if self.text.shared else f"{self.text.glyphs[letter].name} "
+            of = "" if self.text.shared else f"{self.text.word.letter_names[letter]} "
             for tag, value in values.items():
                 if np.isfinite(about[tag]):
                     lines.append(f"{of}{tag:>6} {value:10.4g} ± {about[tag]:.2g}")
                 else:
-                    lines.append(f"{of}{tag:>6} {value:10.4g}   not to be seen in this picture")
+                    lines.append(f"{of}{tag:>6} {value:10.4g}   not determined by this picture")
         return "\n".join(lines)
 
     def plot(self, axes: Any = None) -> Any:

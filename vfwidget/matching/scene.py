@@ -12,20 +12,22 @@ discrete Laplacian: so a fit can leave v = 0, where that of a sampled Gaussian h
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, BoolArray
+from ..arrays import Array
 from ..errors import ImageError
 from ..raster.coverage import Boundary, fill
 from ..text import Text
+from ..text.place import AXES, OFFSETS
 from .images import Levels, basis
 
-PLACEMENT = ("x", "y", "size", "turn")
+PLACEMENT = ("x", "y", "size", "rotation")
 """t in pixels, log s and φ."""
 BESIDE = 1e-7
-"""How far apart two states may be whose pictures are alike: a solver's step off a kink."""
+"""Two states this close share a picture: the solver evaluates slopes 1e-8 away from a kink."""
 LEAST_BLUR = 1e-6
 """A variance, in pixels², that is not worth a convolution."""
 
@@ -42,8 +44,11 @@ class State:
     blur : float
         Variance in pixels².
     light : (terms,) array
-        Of the paper's brightness, in :func:`.images.basis`.
+        Coefficients of the paper's brightness in :func:`.images.basis`.
     ink : float
+        Brightness of the ink.
+    offsets : (l, 2) array
+        Displacements of the letters, in font units.
     """
 
     theta: Array
@@ -51,19 +56,16 @@ class State:
     blur: float
     light: Array
     ink: float
+    offsets: Array
+
+    def is_near(self, other: State, slack: float) -> bool:
+        """Whether no number differs by more than ``slack``."""
+        return bool(abs(self.flat() - other.flat()).max() <= slack)
 
     def flat(self) -> Array:
-        """All in one vector."""
-        parts = (self.theta.ravel(), self.placement, [self.blur], self.light, [self.ink])
-        return np.concatenate(parts)
-
-    def like(self, flat: Array) -> State:
-        """The state that a vector spells."""
-        ends = np.cumsum([self.theta.size, 4, 1, len(self.light)])
-        theta, placement, blur, light, ink = np.split(flat, ends)
-        return State(
-            theta.reshape(self.theta.shape), placement, float(blur[0]), light, float(ink[0])
-        )
+        """All numbers in one vector."""
+        arrays = self.theta.ravel(), self.offsets.ravel(), self.placement, self.light
+        return np.concatenate([*arrays, [self.blur, self.ink]])
 
 
 class Scene:
@@ -93,21 +95,21 @@ class Scene:
             raise ImageError(f"There is no ink to match: {text.string!r} is blank.")
         self._indices = self._sizes.segments
         self.centre = middle(text)
-        self._latest: tuple[Array, _Picture] | None = None
+        self._latest: tuple[State, _Picture] | None = None
 
     def matrix(self, placement: Array) -> Array:
         """A placement as the affine map (2, 3) from the text's units to full pixels."""
-        x, y, size, turn = placement
-        c, s = math.exp(size) * math.cos(turn), math.exp(size) * math.sin(turn)
+        x, y, size, rotation = placement
+        c, s = math.exp(size) * math.cos(rotation), math.exp(size) * math.sin(rotation)
         linear = np.array([[c, s], [s, -c]])
         return np.concatenate([linear, (np.array([x, y]) - linear @ self.centre)[:, None]], 1)
 
     def coverage(self, thetas: Array, placements: Array) -> Array:
         """Ink without blur of B candidates, (B, H, W), from (B, parameters, n) and (B, 4)."""
-        return self._fill(thetas, placements)[0]
+        return self._fill(self.text.positions(self._outline, thetas), placements)[0]
 
-    def _fill(self, thetas: Array, placements: Array) -> tuple[Array, Boundary]:
-        points = self.text.positions(self._outline, thetas)
+    def _fill(self, points: Array, placements: Array) -> tuple[Array, Boundary]:
+        """Coverage of B placed outlines with control points (B, K, 2)."""
         maps = np.stack([self.matrix(placement) for placement in placements]) / self.factor
         points = points @ np.swapaxes(maps[:, :, :2], 1, 2) + maps[:, None, :, 2]
         return fill(points[:, self._indices], self._sizes, *self.shape)
@@ -124,47 +126,71 @@ class Scene:
         """How much ink is in each pixel, blur included, (H, W)."""
         return self._picture(state).covered
 
-    def jacobian(self, state: State, free: BoolArray) -> Array:
-        """Its derivative by what is free of the state's :meth:`~State.flat` form, (f, H, W)."""
-        # Where the derivative is asked for beside a kink, the picture is that of the kink.
+    def jacobian(self, state: State, wanted: Sequence[str]) -> Array:
+        """The picture's derivative by parts of the state, (size, H, W).
+
+        Parameters
+        ----------
+        state : State
+        wanted : sequence of str
+            Some of ``"axes"``, ``"offsets"``, ``"x"``, ``"y"``, ``"size"``, ``"rotation"``,
+            ``"blur"``, ``"background"`` (the paper's brightness) and ``"ink"``, in this order.
+
+        Returns
+        -------
+        (size, H, W) array
+            The parts follow one another as in ``wanted``.
+        """
+        # The solver may evaluate the slope beside a kink; the picture is that of the kink.
         picture = self._picture(state, BESIDE)
-        count = state.theta.size + len(PLACEMENT)
-        kinds = np.split(free, [count, count + 1, len(free) - 1])
-        # A large array, so none but itself is made: its parts are written in place.
-        rows = np.zeros((free.sum(), *self.shape))
-        outline, blur, paper, ink = np.split(rows, np.cumsum([kind.sum() for kind in kinds[:-1]]))
-        steps = self._moves(state)[..., kinds[0]][self._indices]
-        picture.boundary.derivative(steps, outline[:, None])
-        if picture.variance >= LEAST_BLUR:
-            outline[:] = _blur(outline, picture.variance)
+        moves = self._moves(state, wanted)
+        moving = moves.shape[-1]
+        terms = len(state.light) if "background" in wanted else 0
+        # One large array, whose parts are written in place.
+        sizes = moving, int("blur" in wanted), terms, int("ink" in wanted)
+        rows = np.zeros((sum(sizes), *self.shape))
+        outline, blur, paper, ink = np.split(rows, np.cumsum(sizes[:-1]))
+        if moving:
+            picture.boundary.derivative(moves[self._indices], outline[:, None])
+            if picture.variance >= LEAST_BLUR:
+                outline[:] = _blur(outline, picture.variance)
         if len(blur):
             blur[:] = _laplacian(picture.covered) / (2 * self.factor**2)
-        rows[: len(outline) + len(blur)] *= state.ink - picture.light
-        over = np.moveaxis(basis(*self.shape, len(state.light)), -1, 0)
-        np.multiply(over[kinds[2]], 1 - picture.covered, out=paper)
-        ink[:] = picture.covered
+        rows[: moving + len(blur)] *= state.ink - picture.light
+        if terms:
+            over = np.moveaxis(basis(*self.shape, terms), -1, 0)
+            np.multiply(over, 1 - picture.covered, out=paper)
+        if len(ink):
+            ink[:] = picture.covered
         return rows
 
-    def _moves(self, state: State) -> Array:
-        """How the control points (K, 2) move by Θ and by the placement, (K, 2, size + 4)."""
-        points, moves = self.text.positions_and_jacobian(self._outline, state.theta)
+    def _moves(self, state: State, wanted: Sequence[str]) -> Array:
+        """How the control points move in the picture by parts of the state, (K, 2, size)."""
+        place = {AXES: state.theta, OFFSETS: state.offsets}
+        points, by_theta = self._outline.positions_and_jacobian(place)
         linear = self.matrix(state.placement)[:, :2] / self.factor
         placed = (points - self.centre) @ linear.T
         count = len(points)
-        turned = np.stack([-placed[:, 1], placed[:, 0]], -1)
+        parts = []
+        if AXES in wanted:
+            parts.append(linear @ by_theta.reshape(count, 2, -1))
+        if OFFSETS in wanted:
+            parts.append(linear @ self._outline.by_offsets().reshape(count, 2, -1))
         ahead = np.broadcast_to(np.eye(2) / self.factor, (count, 2, 2))
-        by_theta = linear @ moves.reshape(count, 2, -1)
-        return np.concatenate([by_theta, ahead, placed[..., None], turned[..., None]], -1)
+        turned = np.stack([-placed[:, 1], placed[:, 0]], -1)
+        by_placement = np.concatenate([ahead, placed[..., None], turned[..., None]], -1)
+        parts.append(by_placement[..., [name in wanted for name in PLACEMENT]])
+        return np.concatenate(parts, -1)
 
     def _picture(self, state: State, slack: float = 0.0) -> _Picture:
         """The latest picture, if its state was no farther away than ``slack``, or a new one."""
-        flat = state.flat()
-        if self._latest is None or abs(flat - self._latest[0]).max() > slack:
-            self._latest = flat, self._draw(state)
+        if self._latest is None or not state.is_near(self._latest[0], slack):
+            self._latest = state, self._draw(state)
         return self._latest[1]
 
     def _draw(self, state: State) -> _Picture:
-        sharp, boundary = self._fill(state.theta[None], state.placement[None])
+        points = self._outline.positions({AXES: state.theta, OFFSETS: state.offsets})
+        sharp, boundary = self._fill(points[None], state.placement[None])
         variance = state.blur / self.factor**2
         covered = _blur(sharp, variance)[0]
         light = self.paper(state)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..arrays import Array, BoolArray, IntArray
-from ..errors import ImageError
 from ..text import Text
 from .images import basis
 from .scene import Scene, State
@@ -16,13 +13,8 @@ SWEEP = 160
 """Places of the design space that are tried."""
 APART = 0.2
 """How far apart two starts are, in normalized coordinates, so that the second is worth a try."""
-CANVAS = 48
-"""Pixels of the picture in which a candidate's ink is measured."""
-MOST_TURN = math.radians(25)
 MOST_COMPONENTS, SPECK = 6, 0.02
 """Of the ink: how many are looked at, and the share of a speck that moves no start."""
-LONG = 1.5
-"""How much longer than broad ink has to be for its direction to say how it is turned."""
 
 
 def candidates(text: Text) -> Array:
@@ -36,13 +28,17 @@ def candidates(text: Text) -> Array:
 
 
 def felt(text: Text) -> BoolArray:
-    """Which axes move anything, (parameters, n)."""
-    word = text.word
-    used = np.zeros((len(word.glyphs), len(word.regions.support)), dtype=bool)
-    for letter, own in enumerate(zip(word.outline_regions, word.advance_regions, strict=True)):
-        used[letter, np.concatenate(own)] = True
-    by_letter = (used @ word.regions.one_hot.any(1)) > 0
-    return by_letter.any(0, keepdims=True) if text.shared else by_letter
+    """Which axes move a point, (parameters, n)."""
+    by_letter = np.array(
+        [
+            [len(a) + len(b) > 0 for a, b in zip(outline, advance, strict=True)]
+            for outline, advance in (
+                (glyph.outline.breakpoints, glyph.advance_width.breakpoints)
+                for glyph in text.word.glyphs
+            )
+        ]
+    )
+    return np.asarray(by_letter.any(0, keepdims=True) if text.shared else by_letter)
 
 
 def _spread(count: int, dimensions: int) -> Array:
@@ -51,44 +47,6 @@ def _spread(count: int, dimensions: int) -> Array:
 
     engine = torch.quasirandom.SobolEngine(dimensions, scramble=True, seed=0)
     return engine.draw(count, dtype=torch.float64).numpy()
-
-
-def placements(text: Text, thetas: Array, ink: Array, factor: int, turn: bool) -> Array:
-    """Where each candidate would have to stand to have its ink where the picture has, (B, 4).
-
-    Middle, extent and, if asked for, direction of the ink are matched.
-
-    Raises
-    ------
-    ImageError
-        The text has no ink.
-    """
-    size = (CANVAS, CANVAS)
-    scene = Scene(text, size)
-    points = text.positions(text.point_set(), thetas)
-    low, high = points.min((0, 1)), points.max((0, 1))
-    scale = 0.9 * CANVAS / max(float((high - low).max()), 1.0)
-    here = np.array([CANVAS / 2, CANVAS / 2, math.log(scale), 0.0])
-    offset = (low + high) / 2 - scene.centre
-    here[:2] -= scale * offset * [1, -1]
-    own = scene.coverage(thetas, np.broadcast_to(here, (len(thetas), 4)))
-    goal = _Moments(ink)
-    found = []
-    for image in own:
-        moments = _Moments(image)
-        ratio = goal.extent / moments.extent
-        angle = 0.0
-        if turn and min(goal.length, moments.length) > LONG:
-            angle = (goal.direction - moments.direction + math.pi / 2) % math.pi - math.pi / 2
-            angle = angle if abs(angle) < MOST_TURN else 0.0
-        rotation = np.array(
-            [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
-        )
-        # From the text's middle to the middle of its ink, in the picture.
-        arm = ratio * rotation @ (moments.centre - here[:2])
-        place = (goal.centre - arm) * factor
-        found.append([*place, math.log(scale * ratio * factor), angle])
-    return np.array(found)
 
 
 def readings(ink: Array) -> list[Array]:
@@ -120,24 +78,6 @@ def _components(mask: BoolArray) -> IntArray:
         if np.array_equal(grown, labels):
             return np.unique(labels, return_inverse=True)[1].reshape(mask.shape)
         labels = grown
-
-
-class _Moments:
-    """Middle, extent and direction of an image's ink, in pixels."""
-
-    def __init__(self, image: Array) -> None:
-        total = float(image.sum())
-        if total <= 0:
-            raise ImageError("There is no ink to match: the text is blank, or far too small.")
-        y, x = np.mgrid[: image.shape[0], : image.shape[1]] + 0.5
-        self.centre = np.array([(image * x).sum(), (image * y).sum()]) / total
-        dx, dy = x - self.centre[0], y - self.centre[1]
-        xx, yy, xy = ((image * p).sum() / total for p in (dx * dx, dy * dy, dx * dy))
-        self.extent = math.sqrt(xx + yy) or 1.0
-        root = math.hypot((xx - yy) / 2, xy)
-        large, small = (xx + yy) / 2 + root, (xx + yy) / 2 - root
-        self.length = math.sqrt(large / max(small, 1e-9))
-        self.direction = math.atan2(2 * xy, xx - yy) / 2
 
 
 def rank(scene: Scene, thetas: Array, places: Array, image: Array, terms: int) -> Array:

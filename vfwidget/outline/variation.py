@@ -13,8 +13,8 @@ interpolation of instance values), which differs from the paper's printed :math:
 ``w = peak = end``: there OpenType says 1.
 
 The map has *kinks* at every start, peak and end. Derivatives are taken from the right,
-except at the upper end of the axis (w = 1), where only the left exists. The other one-sided
-derivative is had by asking a hair to the left; the solver does so.
+except at the upper end of the axis (w = 1), where only the left exists. The solver obtains the
+other one-sided derivative by evaluating at an offset of 1e-8 to the left.
 """
 
 from __future__ import annotations
@@ -23,47 +23,37 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, ArrayLike, IntArray, like, namespace, to_array
+from ..arrays import Array, ArrayLike, BoolArray, IntArray, like, namespace, to_array
 
 ON_KINK = 1e-9
 """How close, in normalized units, a coordinate counts as standing on a breakpoint."""
 
 
-class Regions:
-    """The supports of m delta sets over n axes, made ready for evaluation.
+class Slots:
+    """Support functions of m regions, ready for evaluation.
 
     A region takes part in few axes, so each is kept as q *slots*, one for each axis it depends
     on, q being the most that any has. A slot's support function is two lines, ``a + b·w``: one
-    that rises on ``(start, peak)`` and one that falls on ``(peak, end)``. A slot to spare is a
-    rising line of height 1 and slope 0 that never ends, so it needs no case of its own.
+    that rises on ``(start, peak)`` and one that falls on ``(peak, end)``. An idle slot is a rising
+    line of height 1 and slope 0 that never ends, so it needs no case of its own.
 
     Parameters
     ----------
-    support : (m, n, 3) array or tensor
-        start, peak, end of each delta set on each axis, in normalized coordinates.
+    axis : (m, q) int array
+        The coordinate that each slot reads.
+    used : (m, q) bool array
+        False for idle slots.
+    sides : (m, q, 3) array
+        Start, peak and end of each slot.
     """
 
-    def __init__(self, support: ArrayLike) -> None:
-        self.support = to_array(support)
-        n = self.support.shape[1]
-        start, peak, end = np.moveaxis(self.support, -1, 0)
-        takes_part = ~((peak == 0) | (start > peak) | (peak > end) | ((start < 0) & (end > 0)))
-        self.breakpoints = [np.unique(self.support[takes_part[:, i], i]) for i in range(n)]
-        """Sorted coordinates at which each axis has a kink."""
-        q = max(1, int(takes_part.sum(1).max(initial=0)))
-        # Axes that take part come first; a slot beyond them is idle, whichever axis it names.
-        self.axis = np.argsort(~takes_part, axis=1, kind="stable")[:, :q]
-        """Which axis each slot belongs to, (m, q)."""
-        self.axis = np.pad(self.axis, ((0, 0), (0, q - self.axis.shape[1])))
-        used = np.arange(q) < takes_part.sum(1)[:, None]
-        start, peak, end = (np.take_along_axis(side, self.axis, 1) for side in (start, peak, end))
-        self.one_hot = (used[..., None] & (self.axis[..., None] == np.arange(n))).astype(float)
-        """1 where a slot belongs to an axis, (m, q, n)."""
-
+    def __init__(self, axis: IntArray, used: BoolArray, sides: Array) -> None:
+        self.axis, self.used, self.sides = axis, used, sides
+        start, peak, end = np.moveaxis(sides, -1, 0)
         rise = np.where(peak > start, peak - start, 1.0)
         fall = np.where(end > peak, end - peak, 1.0)
-        cliff, wall = used & (peak == end), used & (peak == start)
-        flat = ~used | (cliff & wall)
+        ends_at_peak, starts_at_peak = used & (peak == end), used & (peak == start)
+        flat = ~used | (ends_at_peak & starts_at_peak)
         self._rising = np.stack([np.where(flat, 1.0, -start / rise), np.where(flat, 0.0, 1 / rise)])
         self._falling = np.stack([end / fall, -1 / fall])
         # Where a line begins to hold. On a kink it is the one to the right; at the upper end of
@@ -72,10 +62,18 @@ class Regions:
         self._peak = np.where(used & (peak < 1), peak - ON_KINK, np.inf)
         self._end = np.where(used & (end < 1), end - ON_KINK, np.inf)
         # A support that ends (or starts) at its peak drops from 1 to 0 there, but is 1 at the
-        # peak itself: its line holds a hair longer.
-        self._peak = np.where(cliff, np.inf, np.where(wall, -np.inf, self._peak))
-        self._end = np.where(cliff & (end < 1), end + ON_KINK, self._end)
-        self._own = np.eye(q, dtype=bool)
+        # peak itself: its line holds until just beyond it.
+        self._peak = np.where(ends_at_peak, np.inf, np.where(starts_at_peak, -np.inf, self._peak))
+        self._end = np.where(ends_at_peak & (end < 1), end + ON_KINK, self._end)
+        self._own = np.eye(axis.shape[1], dtype=bool)
+
+    def kinks(self, n: int) -> list[Array]:
+        """Sorted values at which each of n coordinates has a kink."""
+        values = [np.zeros(0)] * n
+        axis, sides = self.axis[self.used], self.sides[self.used]
+        for i in np.unique(axis):
+            values[i] = np.unique(sides[axis == i])
+        return values
 
     def _pieces(self, w: Any) -> tuple[Any, Any]:
         """φ and its slope for every slot: two (..., m, q) arrays."""
@@ -99,16 +97,58 @@ class Regions:
 
         By the product rule each is one slot's slope times the other slots' factors.
         """
-        xp = namespace(w)
         phi, slope = self._pieces(w)
+        if phi.shape[-1] == 1:
+            return phi[..., 0], slope
+        xp = namespace(w)
         own = self._own if xp is np else xp.from_numpy(self._own).to(w.device)
         others = xp.where(own, 1.0, phi[..., None, :]).prod(-1)
         return phi.prod(-1), slope * others
+
+
+class Regions(Slots):
+    """The supports of m delta sets over n axes.
+
+    Parameters
+    ----------
+    support : (m, n, 3) array or tensor
+        start, peak, end of each delta set on each axis, in normalized coordinates.
+    """
+
+    def __init__(self, support: ArrayLike) -> None:
+        self.support = to_array(support)
+        n = self.support.shape[1]
+        start, peak, end = np.moveaxis(self.support, -1, 0)
+        takes_part = ~((peak == 0) | (start > peak) | (peak > end) | ((start < 0) & (end > 0)))
+        q = max(1, int(takes_part.sum(1).max(initial=0)))
+        # Axes that take part come first; a slot beyond them is idle, whichever axis it names.
+        axis = np.argsort(~takes_part, axis=1, kind="stable")[:, :q]
+        axis = np.pad(axis, ((0, 0), (0, q - axis.shape[1])))
+        used = np.arange(q) < takes_part.sum(1)[:, None]
+        sides = [np.take_along_axis(side, axis, 1) for side in (start, peak, end)]
+        super().__init__(axis, used, np.stack(sides, -1))
+        self.one_hot = (used[..., None] & (axis[..., None] == np.arange(n))).astype(float)
+        """1 where a slot belongs to an axis, (m, q, n)."""
+        self.breakpoints = self.kinks(n)
+        """Sorted coordinates at which each axis has a kink, n arrays."""
 
     def scalars_and_jacobian(self, w: Any) -> tuple[Any, Any]:
         """γ(w), (..., m), and its closed-form derivative ∂γ/∂w, (..., m, n)."""
         gamma, slopes = self.scalars_and_slopes(w)
         return gamma, (slopes[..., None, :] @ like(self.one_hot, w))[..., 0, :]
+
+    def of_letters(self, letters: IntArray, regions: IntArray) -> Slots:
+        """Regions of letters with coordinates of their own, as functions of flat Θ.
+
+        Parameters
+        ----------
+        letters, regions : (m',) int arrays
+            The i-th result is region ``regions[i]`` at the coordinates of letter ``letters[i]``.
+        """
+        used = self.used[regions]
+        q = max(1, int(used.sum(1).max(initial=0)))
+        axis = self.axis[regions, :q] + (self.support.shape[1] * letters)[:, None]
+        return Slots(axis, used[:, :q], self.sides[regions, :q])
 
 
 def merge_regions(supports: list[Array]) -> tuple[Array, list[IntArray]]:

@@ -15,6 +15,8 @@ from ..errors import SolveError
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 LEAST_WEIGHT = 1e-10
+TINY = 1e-6
+"""A residual, relative to the scale, that every loss takes as it is."""
 
 
 def rho(z: Any, loss: str) -> tuple[Any, Any, Any]:
@@ -62,3 +64,18 @@ def rescale(residual: Any, jacobian: Any, loss: str, scale: float) -> tuple[Any,
     _, first, second = rho(z, loss)
     curvature = xp.clip(first + 2 * second * z, LEAST_WEIGHT, None) ** 0.5
     return residual * first / curvature, jacobian * curvature[..., None]
+
+
+def signed_root(residual: Any, loss: str, scale: float) -> tuple[Any, Any]:
+    """Residuals F (m,) whose squares add up to the robust cost, and their slopes dF/dr (m,).
+
+    With them a robust energy is a sum of squares like every other, and may be added to others.
+    """
+    if loss == "linear":
+        return residual, namespace(residual).ones_like(residual)
+    xp = namespace(residual)
+    value, first, _ = rho((residual / scale) ** 2, loss)
+    size = scale * value**0.5
+    near = size < TINY * scale
+    slope = xp.where(near, 1.0, first * abs(residual) / xp.where(near, 1.0, size))
+    return xp.where(near, residual, xp.copysign(size, residual)), slope

@@ -1,26 +1,30 @@
-"""A line of text in a variable font, and the points of its outline a person takes hold of."""
+"""A line of text in a variable font, at one place of the font's design space."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from operator import index
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from ..arrays import Array, ArrayLike, to_array, to_tensor
-from ..errors import AxisError, GlyphError
-from ..font import Font, Glyph, load_font
+from ..errors import AxisError, GlyphError, TextError
+from ..font import Font, Glyph, NamedInstance, load_font
 from ..outline.coordinates import check_coordinates
 from ..outline.cubics import nearest
-from .word import Handle, PointSet, Word
+from .handle import Handle
+from .place import AXES, OFFSETS, Block, Place
+from .points import PointSet
+from .word import Word
 
 if TYPE_CHECKING:
     import torch
 
     from ..font.source import FontSource
 
-AxisValues = Mapping[str, Any]
+AxisValues: TypeAlias = "Mapping[str, Any] | NamedInstance | str"
+"""Axis values as callers give them: user values by tag, a named instance, or its name."""
 
 
 class Text:
@@ -28,28 +32,33 @@ class Text:
 
     Parameters
     ----------
-    font : Font or what :func:`load_font` takes
+    font : Font, or a source that :func:`load_font` takes
     string : str
-        Set by HarfBuzz with the font's default features, kerning off: Eq. 3 spaces letters by
+        Set by HarfBuzz with the font's default features except kerning: Eq. 3 spaces letters by
         their side bearings alone.
-    axes : mapping of tag to user value, or one such mapping per letter, optional
-        Missing tags mean default.
+    axes : axis values, or a sequence of them with one entry for each letter, optional
+        Axis values are a mapping of tag to user value, an entry of ``font.instances``, or the
+        name of one. An axis that is not in a mapping takes its default value.
     shared : bool
-        One axis vector for the whole word, or one for each letter.
+        True (the default) for one axis vector for the whole word, False for one for each letter.
+    offsets : (l, 2) array, optional
+        Displacement of each letter from the position that the layout gives it, in font units.
+        Default 0.
 
     Attributes
     ----------
     word : Word
-        What all texts moved from this one share.
+        The data that all texts moved from this one share.
 
     Raises
     ------
     TextError
-        The string is empty, or holds invisible characters only.
+        The string is empty or holds invisible characters only, or ``offsets`` has the wrong shape.
     GlyphError
         The font lacks a character.
     AxisError
-        Unknown axis, NaN, or as many axis mappings as there are not letters.
+        The axis is unknown, a value is NaN, the number of entries differs from the number of
+        letters, or the instance belongs to another font.
 
     Notes
     -----
@@ -63,10 +72,15 @@ class Text:
         string: str,
         axes: AxisValues | Sequence[AxisValues] | None = None,
         shared: bool = True,
+        *,
+        offsets: ArrayLike | None = None,
     ) -> None:
         self.word = Word(load_font(font), string, bool(shared))
         self._axes: list[dict[str, float]] | None
         self._theta, self._axes = self._read_axes(axes if axes is not None else {})
+        self._offsets = np.zeros((len(self.glyphs), 2))
+        if offsets is not None:
+            self._offsets = self._read_offsets(offsets)
         self._outline: PointSet | None = None
 
     @property
@@ -105,37 +119,72 @@ class Text:
         values = [dict(row) for row in self._axes]
         return values[0] if self.shared else values
 
+    @property
+    def place(self) -> Place:
+        """Where the text stands, by block of unknowns: ``"axes"`` (Θ) and ``"offsets"`` (l, 2)."""
+        return Place({AXES: self._theta, OFFSETS: self._offsets})
+
+    @property
+    def blocks(self) -> dict[str, Block]:
+        """The text's unknowns with their bounds, for a solve."""
+        axes = Block(self._theta, *self.word.bounds, self.word.kinks)
+        return {AXES: axes, OFFSETS: Block(self._offsets)}
+
     def at(
         self,
         axes: AxisValues | Sequence[AxisValues] | None = None,
         theta: ArrayLike | None = None,
+        offsets: ArrayLike | None = None,
     ) -> Text:
         """The same text elsewhere in the design space, by user or by normalized coordinates.
 
         Parameters
         ----------
-        axes : mapping, or one per letter, optional
-            User coordinates. Missing tags mean default.
+        axes : axis values, or one for each letter, optional
+            As for :class:`Text`: ``text.at({"wght": 700})``, ``text.at("Bold")``.
         theta : (1, n) or (l, n) array, optional
-            Normalized coordinates. Give this or ``axes``.
+            Normalized coordinates. Give either this or ``axes``.
+        offsets : (l, 2) array, optional
+            New displacements of the letters, in font units. By default they stay.
 
         Raises
         ------
         AxisError
-            Unknown axis, wrong shape, NaN, or both or neither argument.
+            The axis or instance is unknown, a shape is wrong, a value is NaN, both ``axes`` and
+            ``theta`` are given, or no argument at all.
+        TextError
+            ``offsets`` has the wrong shape or holds NaN.
         """
-        if (axes is None) == (theta is None):
+        if (axes is None) == (theta is None) and (offsets is None or axes is not None):
             raise AxisError("Give either axes= or theta=.")
+        coordinates, values = self._theta, self._axes
         if axes is not None:
-            return self.moved(*self._read_axes(axes))
-        return self.moved(to_array(self._check(theta)).copy())
+            coordinates, values = self._read_axes(axes)
+        elif theta is not None:
+            coordinates, values = to_array(self._check(theta)).copy(), None
+        moved = self.moved(coordinates, values)
+        if offsets is not None:
+            moved._offsets = self._read_offsets(offsets)
+        return moved
 
     def moved(self, coordinates: Array, axes: list[dict[str, float]] | None = None) -> Text:
-        """:meth:`at`, for coordinates that need no check."""
+        """:meth:`at`, for normalized coordinates that need no check."""
         moved = object.__new__(Text)
         moved.word, moved._outline = self.word, self._outline
-        moved._theta, moved._axes = coordinates, axes
+        moved._theta, moved._axes, moved._offsets = coordinates, axes, self._offsets
         return moved
+
+    def moved_to(self, place: Mapping[str, Array]) -> Text:
+        """The same text at a place of its unknowns, which needs no check."""
+        moved = self.moved(place[AXES])
+        moved._offsets = place[OFFSETS]
+        return moved
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_outline": None}
+
+    def __deepcopy__(self, memo: Any) -> Text:
+        return self
 
     @property
     def coordinates(self) -> Array:
@@ -162,8 +211,7 @@ class Text:
 
     def advance(self) -> float:
         """Width of the whole line, in font units."""
-        gamma = self.word.regions.scalars(self._theta)
-        return float(self.word.advances(gamma).sum())
+        return float(self.word.advances(self._theta).sum())
 
     def handle(self, glyph: int = 0, contour: int = 0, segment: int = 0, t: float = 0.0) -> Handle:
         """A point of the outline, by where it lies on it.
@@ -197,7 +245,7 @@ class Text:
         except (TypeError, ValueError, OverflowError, RuntimeError):
             point = np.array([np.nan, np.nan])
         if not np.isfinite(point).all():
-            raise GlyphError(f"The nearest point to ({x}, {y}) cannot be asked for.")
+            raise GlyphError(f"x and y must be finite numbers; received ({x}, {y}).")
         owners = [
             (letter, contour, segment)
             for letter, glyph in enumerate(self.glyphs)
@@ -205,7 +253,7 @@ class Text:
             for segment in range(s)
         ]
         if not owners:
-            raise GlyphError(f"{self.string!r} has no outline to take a point of.")
+            raise GlyphError(f"{self.string!r} has no outline, so it has no nearest point.")
         points = self.positions(self.point_set(), self._theta)
         found, t = nearest(points[self.word.contours.segments], point)
         return Handle(*owners[found], t, word=self.word)
@@ -229,7 +277,7 @@ class Text:
     @property
     def breakpoints(self) -> list[Array]:
         """For each axis the normalized coordinates at which some point of the text has a kink."""
-        return self.word.regions.breakpoints
+        return self.word.breakpoints
 
     def point_set(self, handles: Sequence[Handle] | None = None) -> PointSet:
         """Some of the text's points, or all its control points, ready for :meth:`positions`."""
@@ -241,11 +289,11 @@ class Text:
 
     def positions(self, points: PointSet, theta: Any) -> Any:
         """A point set's positions at Θ, (p, 2); arrays stay arrays, tensors tensors."""
-        return self.word.positions(points, theta)
+        return points.positions({AXES: theta, OFFSETS: self._offsets})
 
     def positions_and_jacobian(self, points: PointSet, theta: Any) -> tuple[Any, Any]:
         """A point set's positions, (p, 2), and their derivative by Θ, (p, 2, 1 or l, n)."""
-        return self.word.positions_and_jacobian(points, theta)
+        return points.positions_and_jacobian({AXES: theta, OFFSETS: self._offsets})
 
     def _tensor(self, theta: ArrayLike | None) -> torch.Tensor:
         return self.theta if theta is None else self._check(theta)
@@ -266,15 +314,50 @@ class Text:
     ) -> tuple[Array, list[dict[str, float]]]:
         """Θ, and the user values it came from, which normalizing and back would only round."""
         count = self.word.parameters
-        rows = [axes] * count if isinstance(axes, Mapping) else axes
-        if isinstance(rows, str) or not isinstance(rows, Sequence) or len(rows) != count:
-            raise AxisError(f"Axis values are one mapping, or {count} for this text; not {axes!r}.")
-        theta = np.stack([to_array(self.font.normalize(row)) for row in rows])
-        return theta, [self._complete(row) for row in rows]
+        single = isinstance(axes, Mapping | NamedInstance | str)
+        rows = [axes] * count if single else axes
+        if not isinstance(rows, Sequence) or len(rows) != count:
+            raise AxisError(
+                f"Axis values are one mapping or instance, or {count} for this text; not {axes!r}."
+            )
+        mappings = [self._values(row) for row in rows]
+        theta = np.stack([to_array(self.font.normalize(row)) for row in mappings])
+        return theta, [self._complete(row) for row in mappings]
 
-    def _complete(self, row: AxisValues) -> dict[str, float]:
+    def _values(self, row: Any) -> Mapping[str, Any]:
+        """User values by tag, from a mapping, an instance or the name of an instance."""
+        if isinstance(row, str):
+            named = {instance.name: instance for instance in self.font.instances}
+            if row not in named:
+                raise AxisError(
+                    f"{self.font.family_name} has no instance {row!r}; "
+                    f"it has {', '.join(named) or 'none'}."
+                )
+            row = named[row]
+        if isinstance(row, NamedInstance):
+            if row not in self.font.instances:
+                raise AxisError(f"{row.name!r} is not an instance of {self.font.family_name}.")
+            row = row.axes
+        if not isinstance(row, Mapping):
+            raise AxisError(f"Axis values are a mapping of tag to number, not {row!r}.")
+        return row
+
+    def _complete(self, row: Mapping[str, Any]) -> dict[str, float]:
         values = {}
         for axis in self.font.axes:
             value = float(row.get(axis.tag, axis.default))
             values[axis.tag] = min(max(value, axis.minimum), axis.maximum)
+        return values
+
+    def _read_offsets(self, offsets: ArrayLike) -> Array:
+        shape = (len(self.glyphs), 2)
+        try:
+            values = to_array(offsets).copy()
+        except (TypeError, ValueError, RuntimeError):
+            values = np.zeros(0)
+        if values.shape != shape or not np.isfinite(values).all():
+            raise TextError(
+                f"offsets must be finite numbers of shape {shape}, one displacement (x, y) for "
+                f"each letter; received {offsets!r:.200}."
+            )
         return values

@@ -20,15 +20,15 @@ import numpy as np
 import traitlets
 
 from ..energy.handle_terms import Pin, Target
-from ..energy.solution import solve
+from ..energy.solve import solve
 from ..energy.term import Term
 from ..energy.word_terms import StayClose
 from ..errors import SolveError, TextError, VFWidgetError
 from ..export.page import page, view
 from ..font import Font
 from ..font.source import FontSource
-from ..text import AxisValues, Text
-from ..text.word import Handle, Word
+from ..text import AxisValues, Handle, Text
+from ..text.word import Word
 
 CALM = 0.001
 """√λ of Sec. 5.1, in ems: a drag moves an axis over its range only if it gains more than this."""
@@ -347,5 +347,5 @@ def describe_word(word: Word) -> dict[str, Any]:
         "regions": {"count": len(support), "data": support.astype("<f4").tobytes()},
         "glyphs": glyphs,
         "order": [index[glyph.glyph_id] for glyph in word.glyphs],
-        "offsets": word.offsets.tolist(),
+        "offsets": word.fixed_offsets.tolist(),
     }

@@ -1,0 +1,167 @@
+"""Rows of affine terms, compiled: a drag evaluates the same ones at every event."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array, padded_table
+from ..text.points import AffineForm
+from ..text.word import Word
+from .rows import Derivative, PointRows
+
+
+@dataclass(frozen=True)
+class AffineTerm:
+    """A term whose residual is affine in the word's scalars, in Θ and in the letters' offsets.
+
+    Attributes
+    ----------
+    rows : PointRows
+    form : AffineForm
+        Its points.
+    by : Derivative
+        Constant, and so evaluated once.
+    """
+
+    rows: PointRows
+    form: AffineForm
+    by: Derivative
+
+    @staticmethod
+    def of(rows: PointRows, theta: Array) -> AffineTerm | None:
+        """The compiled form of a term, or None where it or its points are not affine."""
+        form = rows.points.rows
+        if form is None or not rows.term.affine:
+            return None
+        nowhere = np.zeros((len(rows.points.letter), 2))
+        return AffineTerm(rows, form, rows.derivative(nowhere, np.zeros_like(theta)))
+
+    @property
+    def size(self) -> int:
+        """The number of residuals, r."""
+        by = self.by.points if self.by.points is not None else self.by.theta
+        return 0 if by is None else len(by)
+
+    @property
+    def key(self) -> tuple[int, float, bytes, bytes]:
+        """Everything that the compiled rows depend on; the constant part is not in them."""
+        return id(self.form), self.rows.root, _bytes(self.by.points), _bytes(self.by.theta)
+
+    def constant(self, theta: Array) -> Array:
+        """The part of the residual that neither points nor Θ change, (r,), weighted."""
+        nowhere = np.zeros((len(self.rows.points.letter), 2))
+        return self.rows.root * self.rows.value(nowhere, np.zeros_like(theta))
+
+
+def _bytes(array: Array | None) -> bytes:
+    return b"" if array is None else array.tobytes()
+
+
+def compiled(word: Word, terms: Sequence[AffineTerm]) -> AffineRows:
+    """The rows of affine terms, compiled at the first call for the same derivatives."""
+    key = tuple(term.key for term in terms)
+    made: AffineRows = word.compiled_rows.get(key, lambda: AffineRows(word, terms))
+    return made
+
+
+class AffineRows:
+    """Rows ``base + Σ gain · γ(θ_letter) + T Θ + U offsets``, without the terms' constants.
+
+    Only the pairs of letter and region that move a row are evaluated.
+
+    Attributes
+    ----------
+    kinks : (parameters · n, q) array
+        Where the rows have kinks, padded with infinity.
+    by_offsets : (r, 2 l) array
+        U.
+    slices : list of slice
+        The rows of each term.
+    """
+
+    def __init__(self, word: Word, terms: Sequence[AffineTerm]) -> None:
+        # The key of the cache names the forms by their id, so they have to stay alive.
+        self._word, self._forms = word, [term.form for term in terms]
+        size = word.parameters * len(word.font.axes)
+        count = word.parameters * len(word.regions.support)
+        base, gain, pushed, straight, offsets = [], [], [], [], []
+        self.slices, end = [], 0
+        for term in terms:
+            r, root = term.size, term.rows.root
+            self.slices.append(slice(end, end + r))
+            end += r
+            by_theta = np.zeros((r, size)) if term.by.theta is None else term.by.theta
+            straight.append(root * by_theta.reshape(r, size))
+            by_points = np.zeros((r, len(term.form.base)))
+            if term.by.points is not None:
+                by_points = root * term.by.points.reshape(r, -1)
+            base.append(by_points @ term.form.base)
+            gain.append(by_points @ term.form.gain)
+            pushed.append(by_points @ term.form.pushed)
+            by_offsets = term.rows.points.by_offsets().reshape(len(term.form.base), -1)
+            offsets.append(by_points @ by_offsets)
+        self._base = np.concatenate([np.zeros(0), *base])
+        self._straight = np.concatenate([np.zeros((0, size)), *straight])
+        self.by_offsets = np.concatenate([np.zeros((0, 2 * len(word.glyphs))), *offsets])
+        all_gain = np.concatenate([np.zeros((0, count)), *gain])
+        self._pushed = np.concatenate([np.zeros((0, len(word.glyphs))), *pushed])
+        self._choose_pairs(all_gain, size)
+        self._latest: tuple[bytes, tuple[Array, Array]] | None = None
+
+    def _choose_pairs(self, gain: Array, size: int) -> None:
+        """Keep the columns of the gain that are not zero, and where their slots read Θ."""
+        word = self._word
+        vanishing = self._pushed * word.can_vanish
+        self._may_vanish = bool(vanishing.any())
+        kept = (gain != 0).any(0) | (word.advance_rows(vanishing) != 0).any(0)
+        self._pairs = np.flatnonzero(kept)
+        self._gain = gain[:, self._pairs]
+        letters, regions = np.divmod(self._pairs, len(word.regions.support) or 1)
+        self._slots = slots = word.regions.of_letters(letters, regions)
+        self.kinks = padded_table(slots.kinks(size))
+        # The entries of the slopes (pair, slot) in the order of the coordinates that they read.
+        entries = np.flatnonzero(slots.used.ravel())
+        columns = slots.axis.ravel()[entries]
+        order = np.argsort(columns, kind="stable")
+        self._entries, columns = entries[order], columns[order]
+        self._entry_pair = self._entries // slots.axis.shape[1]
+        self._columns, self._runs = np.unique(columns, return_index=True)
+        self._entry_gain = self._gain[:, self._entry_pair]
+
+    def evaluate(self, theta: Array) -> tuple[Array, Array]:
+        """The rows at flat Θ, (r,), and their derivative by it, (r, parameters · n).
+
+        The derivative costs little more than the rows and is evaluated next, and a drag goes on
+        from where its last solve ended: the latest place is kept.
+        """
+        place, latest = theta.tobytes(), self._latest
+        if latest is None or latest[0] != place:
+            self._latest = latest = place, self._evaluate(theta)
+        return latest[1]
+
+    def _evaluate(self, theta: Array) -> tuple[Array, Array]:
+        gamma, slopes = self._slots.scalars_and_slopes(theta)
+        rows, gain, entry_gain = self._base, self._gain, self._entry_gain
+        if self._may_vanish:
+            rows, gain = self._hold_advances(theta)
+            entry_gain = gain[:, self._entry_pair]
+        rows = rows + gain.dot(gamma) + self._straight.dot(theta)
+        jacobian = self._straight.copy()
+        if len(self._runs):
+            by_entry = entry_gain * slopes.ravel()[self._entries]
+            jacobian[:, self._columns] += np.add.reduceat(by_entry, self._runs, axis=1)
+        return rows, jacobian
+
+    def _hold_advances(self, theta: Array) -> tuple[Array, Array]:
+        """Base and gain without the part of those advances that add up to less than zero."""
+        word = self._word
+        gamma = word.regions.scalars(theta.reshape(word.parameters, -1))
+        negative = word.unclipped_advances(gamma) < 0
+        if not negative.any():
+            return self._base, self._gain
+        pushed = self._pushed * negative
+        held = word.advance_rows(pushed)[:, self._pairs]
+        return self._base - pushed @ word.advance_base, self._gain - held

@@ -1,0 +1,248 @@
+"""An energy over a place: located terms, stacked as one residual of the free unknowns (Eq. 4)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import AxisError, SolveError
+from ..text import Text
+from ..text.place import AXES, OFFSETS, Block, Unknowns
+from .affine import AffineTerm, compiled
+from .rows import PointRows, Rows
+from .term import Term, TermResult
+
+
+class Energy:
+    """Terms bound to a text: the residual and its Jacobian as functions of the free unknowns.
+
+    The residuals of affine terms come first, compiled (:mod:`.affine`); the others are evaluated
+    from their rows. Squares of the unknowns themselves, such as those of :class:`StayClose`, are
+    no residuals; they are collected in :attr:`proximity`.
+
+    Parameters
+    ----------
+    text : Text
+        Where the solve starts.
+    terms : sequence of Term
+    free : collection of str
+        Blocks of the text's unknowns that may move. Blocks that terms add are always free.
+    locks : collection of str
+        Tags of axes that keep their values.
+
+    Attributes
+    ----------
+    terms : list of Term
+        Bound to the text.
+    unknowns : Unknowns
+    lower, upper : (N,) arrays
+        Bounds of the free unknowns, which coincide for locked axes.
+    kinks : (N, q) array
+        Padded with infinity.
+    proximity : (weights, reference)
+        Two (N,) arrays: the energy contains Σ weights · (x − reference)².
+    moves : bool
+        Whether a term has to be located again between the steps of the solver.
+
+    Raises
+    ------
+    SolveError
+        There are no terms, or one of them is not valid for this text.
+    AxisError
+        A lock is no tag of the font.
+    """
+
+    def __init__(
+        self,
+        text: Text,
+        terms: Sequence[Term],
+        free: Collection[str] = (AXES,),
+        locks: Collection[str] = (),
+    ) -> None:
+        if not terms or not all(isinstance(term, Term) for term in terms):
+            raise SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
+        self.text = text
+        self.terms = [term.bind(text) for term in terms]
+        blocks, added = _all_blocks(text, self.terms)
+        self.unknowns = Unknowns(blocks, [*_names(free), *added])
+        self.lower, self.upper = self.unknowns.lower, self.unknowns.upper
+        if locks:
+            self._lock(locks)
+        self._collect_proximity()
+        self._rows: list[Rows | None] = [term.locate(text) for term in self.terms]
+        self.moves = any(term.moving for term in self.terms)
+        self._compile()
+
+    def _lock(self, locks: Collection[str]) -> None:
+        tags = [axis.tag for axis in self.text.font.axes]
+        unknown = [tag for tag in locks if tag not in tags]
+        if isinstance(locks, str) or unknown:
+            raise AxisError(f"locks are tags of axes ({', '.join(tags)}); received {locks!r}.")
+        if AXES in self.unknowns.slices:
+            mask = np.tile([tag in locks for tag in tags], self.text.word.parameters)
+            locked = np.zeros(len(self.lower), dtype=bool)
+            locked[self.unknowns.slices[AXES]] = mask
+            start = self.unknowns.start
+            self.lower = np.where(locked, start, self.lower)
+            self.upper = np.where(locked, start, self.upper)
+
+    def _collect_proximity(self) -> None:
+        flat, own = self.unknowns.flat, [term.proximity(self.text) for term in self.terms]
+        self._pulls = [
+            None if not pull else tuple(flat({n: p[i] for n, p in pull.items()}) for i in (0, 1))
+            for pull in own
+        ]
+        pulls = [pull for pull in self._pulls if pull is not None]
+        if len(pulls) == 1:
+            self.proximity = pulls[0]
+            return
+        # Several squares of one unknown are one, around their weighted mean.
+        weights = np.zeros(len(self.lower)) + sum(w for w, _ in pulls)
+        mean = np.zeros(len(self.lower)) + sum(w * reference for w, reference in pulls)
+        self.proximity = weights, np.divide(mean, weights, out=mean, where=weights > 0)
+
+    def _compile(self) -> None:
+        """Separate the affine rows from the others."""
+        theta = self.text.coordinates
+        self._affine: list[AffineTerm] = []
+        self._others: list[Rows] = []
+        self._is_affine: list[bool] = []
+        for rows in self._rows:
+            affine = AffineTerm.of(rows, theta) if isinstance(rows, PointRows) else None
+            self._is_affine.append(affine is not None)
+            if affine is not None:
+                self._affine.append(affine)
+            elif rows is not None:
+                self._others.append(rows)
+        self._compiled: Any = None
+        self._constant = np.zeros(0)
+        if self._affine:
+            self._compiled = compiled(self.text.word, self._affine)
+            self._constant = np.concatenate([one.constant(theta) for one in self._affine])
+            offsets = self.text.place[OFFSETS]
+            if OFFSETS not in self.unknowns.slices and offsets.any():
+                self._constant = self._constant + self._compiled.by_offsets @ offsets.ravel()
+        # A drag: everything is compiled, and Θ is all that moves.
+        self._only_axes = bool(self._affine) and not self._others and self.unknowns.is_only(AXES)
+        self._sizes: list[int] | None = None
+
+    @property
+    def kinks(self) -> Array:
+        """See the attributes of the class."""
+        axes = self.text.word.kinks if self._others or not self._compiled else self._compiled.kinks
+        return self.unknowns.kinks(axes)
+
+    def residual(self, x: Array) -> Array:
+        """All residuals (r,) at the free unknowns x (N,).
+
+        Raises
+        ------
+        SolveError
+            A term whose number of residuals may not change has another number than before.
+        """
+        if self._only_axes:
+            return self._constant + self._compiled.evaluate(x)[0]
+        place = self.unknowns.place(x)
+        parts = [rows.residual(place) for rows in self._others]
+        self._check_sizes(parts)
+        if self._affine or not parts:
+            parts.insert(0, self._affine_residual(place))
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def _affine_residual(self, place: Mapping[str, Array]) -> Array:
+        if self._compiled is None:
+            return self._constant
+        residual = self._constant + self._compiled.evaluate(place[AXES].ravel())[0]
+        if OFFSETS in self.unknowns.slices:
+            residual = residual + self._compiled.by_offsets @ place[OFFSETS].ravel()
+        return residual
+
+    def _check_sizes(self, parts: Sequence[Array]) -> None:
+        sizes = [len(part) for part in parts]
+        if self._sizes is None:
+            self._sizes = sizes
+        if sizes != self._sizes:
+            changed = next(i for i, size in enumerate(sizes) if size != self._sizes[i])
+            others = [t for t, r in zip(self.terms, self._rows, strict=True) if r in self._others]
+            raise SolveError(
+                f"The residual of {others[changed].kind} had {self._sizes[changed]} values and now "
+                f"has {sizes[changed]}. Only a term with moving = True may change their number, "
+                "and only in locate()."
+            )
+
+    def jacobian(self, x: Array) -> Array:
+        """Derivative of the residuals by the free unknowns, (r, N)."""
+        if self._only_axes:
+            return self._compiled.evaluate(x)[1]
+        place, slices = self.unknowns.place(x), self.unknowns.slices
+        parts = [rows.jacobian(place, slices) for rows in self._others]
+        if self._compiled is not None or not parts:
+            parts.insert(0, self._affine_jacobian(place))
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def _affine_jacobian(self, place: Mapping[str, Array]) -> Array:
+        slices, size = self.unknowns.slices, len(self.lower)
+        if self._compiled is None:
+            return np.zeros((0, size))
+        by_axes = self._compiled.evaluate(place[AXES].ravel())[1]
+        jacobian = np.zeros((len(by_axes), size))
+        for name, block in ((AXES, by_axes), (OFFSETS, self._compiled.by_offsets)):
+            if name in slices:
+                jacobian[:, slices[name]] = block
+        return jacobian
+
+    def renew(self, x: Array) -> Array:
+        """Locate the moving terms again at x (N,); the residual there."""
+        here = self.text.moved_to(self.unknowns.place(x))
+        self._rows = [
+            term.locate(here) if term.moving else rows
+            for term, rows in zip(self.terms, self._rows, strict=True)
+        ]
+        self._compile()
+        return self.residual(x)
+
+    def results(self, x: Array) -> list[TermResult]:
+        """Every term at the free unknowns x, in the order given."""
+        place = self.unknowns.place(x)
+        affine = []
+        if self._compiled is not None:
+            residual = self._affine_residual(place)
+            affine = [residual[part] for part in self._compiled.slices]
+        found = []
+        for term, rows, is_affine, pull in zip(
+            self.terms, self._rows, self._is_affine, self._pulls, strict=True
+        ):
+            cost, miss = 0.0, None
+            if rows is not None:
+                part = affine.pop(0) if is_affine else rows.residual(place)
+                own = part / math.sqrt(term.weight) if is_affine else rows.own_residual(place)
+                cost, miss = float(part.dot(part)), term.miss(own)
+            if pull is not None:
+                cost += float((x - pull[1]) ** 2 @ pull[0])
+            found.append(TermResult(term, miss, cost))
+        return found
+
+
+def _names(free: Any) -> Collection[str]:
+    """The names as given; a single string is an error of the caller's that Unknowns reports."""
+    if isinstance(free, str) or not isinstance(free, Collection):
+        raise SolveError(f"free is a sequence of names of blocks of unknowns, not {free!r}.")
+    return free
+
+
+def _all_blocks(text: Text, terms: Sequence[Term]) -> tuple[dict[str, Block], list[str]]:
+    """The blocks of the text and of its terms, and the names of the latter."""
+    blocks, added = text.blocks, []
+    for term in terms:
+        for name, block in term.blocks(text).items():
+            if name in blocks:
+                raise SolveError(
+                    f"Two terms bring unknowns called {name!r}; give one of them another name."
+                )
+            blocks[name] = block
+            added.append(name)
+    return blocks, added

@@ -1,0 +1,141 @@
+"""The residual of a located term as a function of the place, and the chain rule (Eq. 3)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import SolveError
+from ..text.place import AXES, OFFSETS
+from ..text.points import PointSet
+from .autodiff import value_of
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """The derivative of a term's residual (r,).
+
+    Attributes
+    ----------
+    points : (r, p, 2) array, optional
+        By the positions of the term's points. None means that it is zero.
+    theta : (r, 1 or l, n) array, optional
+        By Θ directly. None means that it is zero.
+    """
+
+    points: Array | None = None
+    theta: Array | None = None
+
+
+class Rows(Protocol):
+    """A weighted residual as a function of the place."""
+
+    def residual(self, place: Mapping[str, Array]) -> Array:
+        """The residual (r,), times the square root of the term's weight."""
+
+    def own_residual(self, place: Mapping[str, Array]) -> Array:
+        """The residual that :meth:`Term.miss` judges: without weight and robust loss."""
+
+    def jacobian(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        """Its derivative (r, N) by the free unknowns.
+
+        Parameters
+        ----------
+        place : mapping of str to array
+        slices : mapping of str to slice
+            The columns of each free block among the N.
+        """
+
+
+class PointRows:
+    """The rows of a term over some points of a text.
+
+    Parameters
+    ----------
+    term : Term
+        Its ``residual`` and ``derivative`` are functions of the points' positions and of Θ.
+    points : PointSet
+    automatic : bool
+        Whether the term leaves its derivative to torch, and so is called with tensors.
+    """
+
+    def __init__(self, term: Any, points: PointSet, automatic: bool) -> None:
+        self.term, self.points, self.automatic = term, points, automatic
+        self.root = math.sqrt(term.weight)
+
+    def residual(self, place: Mapping[str, Array]) -> Array:
+        """See :class:`Rows`."""
+        return self.root * self.own_residual(place)
+
+    def own_residual(self, place: Mapping[str, Array]) -> Array:
+        """See :class:`Rows`."""
+        return self.value(self.points.positions(place), place[AXES])
+
+    def value(self, positions: Array, theta: Array) -> Array:
+        """The term's residual (r,) without its weight.
+
+        Raises
+        ------
+        SolveError
+            It is not a vector of numbers.
+        """
+        if self.automatic:
+            return value_of(self.term.residual, positions, theta, self.term.kind)
+        value = self.term.residual(positions, theta)
+        if not isinstance(value, np.ndarray) or value.ndim != 1 or value.dtype != np.float64:
+            raise SolveError(
+                f"The residual of {self.term.kind} must return a float64 array (r,); "
+                f"received {_shown(value)}."
+            )
+        return value
+
+    def jacobian(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        """See :class:`Rows`."""
+        theta = place[AXES]
+        positions, moves = self.points.positions_and_jacobian(place)
+        by = self.derivative(positions, theta)
+        rows = by.points if by.points is not None else by.theta
+        size = 0 if rows is None else len(rows)
+        jacobian = np.zeros((size, max(part.stop for part in slices.values())))
+        if by.points is not None:
+            flat = by.points.reshape(size, positions.size)
+            if AXES in slices:
+                jacobian[:, slices[AXES]] = flat @ moves.reshape(positions.size, theta.size)
+            if OFFSETS in slices:
+                by_offsets = self.points.by_offsets().reshape(positions.size, -1)
+                jacobian[:, slices[OFFSETS]] = flat @ by_offsets
+        if by.theta is not None and AXES in slices:
+            jacobian[:, slices[AXES]] += by.theta.reshape(size, theta.size)
+        jacobian *= self.root
+        return jacobian
+
+    def derivative(self, positions: Array, theta: Array) -> Derivative:
+        """The term's derivative without its weight.
+
+        Raises
+        ------
+        SolveError
+            It has the wrong shape.
+        """
+        by: Derivative = self.term.derivative(positions, theta)
+        for what, array, shape in (
+            ("points", getattr(by, "points", None), positions.shape),
+            ("theta", getattr(by, "theta", None), theta.shape),
+        ):
+            if array is not None and np.shape(array)[1:] != shape:
+                raise SolveError(
+                    f"The derivative of {self.term.kind} by {what} must have the shape "
+                    f"(r, {', '.join(map(str, shape))}); received {np.shape(array)}."
+                )
+        return by
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape} and type {value.dtype}"
+    return type(value).__name__

@@ -1,0 +1,283 @@
+"""Minimise an energy from where a text stands, then from elsewhere if a goal is missed (Eq. 4)."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import SolveError
+from ..solver.drivers import History, active_bounds, minimise
+from ..solver.least_squares import Iterate
+from ..solver.problem import Problem, Proximity, State, Tolerances
+from ..solver.status import CONVERGED
+from ..text import Text
+from ..text.place import AXES, Place
+from .energy import Energy
+from .handle_terms import Pin
+from .solution import UNREACHABLE, Solution
+from .term import Term, TermResult
+
+LEAST_GAIN = 1e-4
+"""Squared font units: the solve ends when a step lowers the cost by less. Without this limit it
+would take many small steps that only improve :class:`StayClose`."""
+SOFT = 100.0
+"""Weight of a pin while a restart searches for its way."""
+COST_FLOOR = 1e-12
+"""Squared font units: a cost below it is zero. No renderer shows a millionth of a unit."""
+FAR = 0.02
+"""Ems: a restart that moves some outline point by more must meet a goal that was missed."""
+
+
+def solve(
+    text: Text,
+    terms: Term | Sequence[Term],
+    *,
+    free: Collection[str] = (AXES,),
+    locks: Collection[str] = (),
+    max_iterations: int = 100,
+    step_tolerance: float = 1e-9,
+    restarts: int = 8,
+    restart_seconds: float | None = None,
+) -> Solution:
+    """Find the axes that minimise the sum of the terms, from where the text is (Eq. 4).
+
+    Parameters
+    ----------
+    text : Text
+        It is not changed.
+    terms : Term, or sequence of Term
+        :class:`Target`, :class:`Pin`, :class:`StayClose`, :class:`Residual`, …
+    free : collection of str
+        The blocks of unknowns that may move: ``"axes"`` (the default) and ``"offsets"``, the
+        displacements of the letters. Blocks that a term adds are always free.
+    locks : collection of str
+        Tags of axes that keep their values. Default: none.
+    max_iterations : int
+        Largest number of accepted steps. Default 100.
+    step_tolerance : float
+        Stop when a step is shorter than this, in normalized coordinates. Default 1e-9.
+    restarts : int
+        Number of additional starting points that are tried if a goal is missed, because the first
+        descent may have ended in a local minimum. Default 8. Another result is taken only if it
+        meets a goal that was missed, or if it costs less and moves no outline point by more than
+        2 % of the em; a better result farther away is left in ``solution.elsewhere``.
+    restart_seconds : float, optional
+        Restarts end after this many seconds, and the best result so far is kept. Default: no
+        limit, so that a solve can be repeated exactly.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    SolveError
+        There are no terms, a handle belongs to another text, a number is not finite, or a block
+        of unknowns does not exist.
+    AxisError
+        A lock is no axis of the font.
+
+    Examples
+    --------
+    >>> import vfwidget as vf
+    >>> text = vf.Text("recursive", "n")
+    >>> top = text.nearest(250, 500)
+    >>> x, y = text.position(top).tolist()
+    >>> vf.solve(text, vf.Target(top, (x, y + 10))).status
+    'converged'
+    """
+    if not isinstance(text, Text):
+        raise SolveError(f"solve(text, terms) needs a Text first; received {type(text).__name__}.")
+    terms = [terms] if isinstance(terms, Term) else terms
+    if not isinstance(terms, Sequence):
+        raise SolveError(f"terms is a Term or a sequence of terms, not {type(terms).__name__}.")
+    tolerances = Tolerances(step=step_tolerance, gain=LEAST_GAIN, zero=COST_FLOOR)
+    until = math.inf if restart_seconds is None else time.perf_counter() + restart_seconds
+    energy = Energy(text, terms, free, locks)
+    best = descend(energy, energy.unknowns.start, tolerances, max_iterations)
+    elsewhere = None
+    if not best.meets_all and restarts > 0:
+        # From far away stiff terms make narrow, curved valleys, so they are added near the end.
+        soft = Energy(text, [_softened(term) for term in terms], free, locks)
+        for x in _other_places(energy, restarts):
+            if time.perf_counter() > until:
+                break
+            near = descend(soft, x, tolerances, max_iterations, deadline=until)
+            if near.state.cost >= best.state.cost:
+                # Stiff terms only add to the cost.
+                continue
+            other = descend(energy, near.state.x, tolerances, max_iterations, deadline=until)
+            if other.state.cost >= best.state.cost:
+                continue
+            if other.meets_more_than(best) or not _is_far(energy, best, other):
+                best, elsewhere = other, None
+            elif elsewhere is None or other.state.cost < elsewhere.state.cost:
+                elsewhere = other
+    return _solution(energy, best, elsewhere)
+
+
+@dataclass(frozen=True)
+class Descent:
+    """Where one descent ended.
+
+    Attributes
+    ----------
+    problem : Problem
+    state : State
+    history : list of (x, cost)
+    results : list of TermResult
+    """
+
+    problem: Problem
+    state: State
+    history: History
+    results: list[TermResult]
+
+    @property
+    def meets_all(self) -> bool:
+        """Whether every goal is met."""
+        return all(result.met for result in self.results)
+
+    def meets_more_than(self, other: Descent) -> bool:
+        """Whether a goal is met that ``other`` misses, and none missed that it meets."""
+        mine = {i for i, result in enumerate(self.results) if result.met}
+        return mine > {i for i, result in enumerate(other.results) if result.met}
+
+
+class Path(History):
+    """The history of a descent, which calls a function at every entry."""
+
+    def __init__(self, watch: Callable[[Array, float], None]) -> None:
+        super().__init__()
+        self.watch = watch
+
+    def append(self, entry: tuple[Array, float]) -> None:
+        """Add (x, cost)."""
+        super().append(entry)
+        self.watch(*entry)
+
+
+def descend(
+    energy: Energy,
+    start: Array,
+    tolerances: Tolerances,
+    max_iterations: int,
+    scale_by_columns: bool = False,
+    watch: Callable[[Array, float], None] | None = None,
+    deadline: float = math.inf,
+) -> Descent:
+    """Minimise an energy from one point of its free unknowns, (N,).
+
+    Parameters
+    ----------
+    energy : Energy
+    start : (N,) array
+    tolerances : Tolerances
+    max_iterations : int
+    scale_by_columns : bool
+        As for the solver's problem. Default False, which prefers short steps.
+    watch : callable of (x, cost), optional
+        Called at the start and at every accepted step.
+    deadline : float
+        The value of ``time.perf_counter()`` after which no step is tried. Default: no limit.
+    """
+    problem = Problem(
+        energy.lower,
+        energy.upper,
+        energy.kinks,
+        scale_by_columns=scale_by_columns,
+        tolerances=tolerances,
+        proximity=Proximity(*energy.proximity),
+        renews=energy.moves,
+    )
+    history: History = [] if watch is None else Path(watch)
+    state = minimise(
+        problem,
+        start,
+        energy.residual,
+        energy.jacobian,
+        energy.renew,
+        max_iterations=max_iterations,
+        history=history,
+        deadline=deadline,
+    )
+    return Descent(problem, state, history, energy.results(state.x))
+
+
+def _softened(term: Term) -> Term:
+    return replace(term, weight=min(term.weight, SOFT)) if isinstance(term, Pin) else term
+
+
+def _other_places(energy: Energy, count: int) -> Iterator[Array]:
+    """Points to start from, the same ones at every call so that a solve can be repeated.
+
+    Only axes that affect some term are varied.
+    """
+    slices, start = energy.unknowns.slices, energy.unknowns.start
+    if AXES not in slices:
+        return
+    varied = np.zeros(len(start), dtype=bool)
+    varied[slices[AXES]] = np.isfinite(energy.kinks[slices[AXES]]).any(1)
+    chance = np.random.default_rng(0)
+    lower, upper = energy.lower[varied], energy.upper[varied]
+    for _ in range(count):
+        x = start.copy()
+        x[varied] = chance.uniform(lower, upper)
+        yield x
+
+
+def _is_far(energy: Energy, here: Descent, there: Descent) -> bool:
+    """Whether some outline point moves by more than a small part of the em."""
+    text, outline = energy.text, energy.text.point_set()
+    points = [outline.positions(energy.unknowns.place(d.state.x)) for d in (here, there)]
+    moved = np.hypot(*np.moveaxis(points[1] - points[0], -1, 0)).max(initial=0.0)
+    return bool(moved > FAR * text.font.units_per_em)
+
+
+def _solution(energy: Energy, best: Descent, elsewhere: Descent | None) -> Solution:
+    text, state, unknowns = energy.text, best.state, energy.unknowns
+    place = unknowns.place(state.x)
+    held = active_bounds(best.problem, state, energy.jacobian)
+    # A locked axis is not held by a bound of the font.
+    held = np.where(energy.lower < energy.upper, held, 0)
+    active = np.zeros(text.coordinates.shape, dtype=int)
+    if AXES in unknowns.slices:
+        active = held[unknowns.slices[AXES]].reshape(active.shape)
+    assert state.outcome is not None
+    status, message = state.outcome
+    if status == CONVERGED:
+        status = CONVERGED if best.meets_all else UNREACHABLE
+        message = _explain(text, active, best)
+    return Solution(
+        text=text.moved_to(place),
+        start=text,
+        place=Place(place),
+        cost=sum(result.cost for result in best.results),
+        iterations=state.iterations,
+        status=status,
+        message=message,
+        terms=best.results,
+        active=active,
+        history=[Iterate(unknowns.place(x)[AXES], cost) for x, cost in best.history],
+        elsewhere=None if elsewhere is None else text.moved_to(unknowns.place(elsewhere.state.x)),
+    )
+
+
+def _explain(text: Text, active: Array, found: Descent) -> str:
+    """In words: every goal is met, or how near the result comes and which bounds limit it."""
+    missed = [result for result in found.results if not result.met]
+    if not missed:
+        return "every goal is met"
+    worst = max(missed, key=lambda result: (result.miss or 0.0) / (result.term.tolerance or 1.0))
+    held = []
+    for letter, axis in zip(*np.nonzero(active), strict=True):
+        where = "" if text.shared else f" of letter {letter + 1}"
+        end = "maximum" if active[letter, axis] > 0 else "minimum"
+        held.append(f"{text.font.axes[axis].tag}{where} is at its {end}")
+    nearest = f"{worst.term.label()} is missed by {worst.term.missed_by(worst.miss or 0.0)}"
+    return f"{nearest}; {', '.join(held)}" if held else nearest

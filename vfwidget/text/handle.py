@@ -1,0 +1,36 @@
+"""Points of a text's outline that a person can take hold of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .word import Word
+
+
+@dataclass(frozen=True)
+class Handle:
+    """A point of a word's outline that keeps its curve parameter as the axes move.
+
+    Attributes
+    ----------
+    glyph, contour, segment : int
+        The letter of the word, the contour of that letter and the cubic segment of that contour,
+        each counted from 0.
+    t : float
+        Parameter on the cubic, 0 … 1.
+    word : Word
+        The word that the point belongs to. A handle is valid in every :class:`Text` of that word.
+    """
+
+    glyph: int
+    contour: int
+    segment: int
+    t: float
+    word: Word = field(repr=False, compare=True, kw_only=True)
+
+    @property
+    def letter_name(self) -> str:
+        """The character of the handle's letter, or its glyph name where it has no single one."""
+        return self.word.letter_names[self.glyph]

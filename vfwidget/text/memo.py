@@ -1,0 +1,29 @@
+"""A bounded cache: a drag asks for the same things at every event."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Generic, TypeVar
+
+Made = TypeVar("Made")
+MOST_KEPT = 256
+
+
+class Memo(Generic[Made]):
+    """Results by key; the key has to hold everything that the result depends on.
+
+    At most 256 results are kept; the oldest are dropped first.
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[Hashable, Made] = {}
+
+    def get(self, key: Hashable, make: Callable[[], Made]) -> Made:
+        """The result for this key, made at the first call."""
+        found = self._kept.get(key)
+        if found is None:
+            while len(self._kept) >= MOST_KEPT:
+                # Another thread may drop the same one.
+                self._kept.pop(next(iter(self._kept)), None)
+            found = self._kept[key] = make()
+        return found

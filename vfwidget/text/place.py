@@ -1,0 +1,161 @@
+"""The unknowns of a solve: named blocks of numbers, each with its bounds and kinks.
+
+A text stands at a place: the axis values of its letters (``"axes"``, Θ in normalized coordinates)
+and a displacement of each letter from where the layout sets it (``"offsets"``, in font units).
+A term may add blocks of its own, such as the placement of a picture. In a solve each block is
+free or fixed; the solver sees one flat vector of the free ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import SolveError
+
+AXES, OFFSETS = "axes", "offsets"
+"""The two blocks that every text has."""
+
+
+class Place(Mapping[str, Array]):
+    """Values of blocks of unknowns by name; it is immutable.
+
+    Parameters
+    ----------
+    values : mapping of str to array
+        The arrays are made read-only.
+    """
+
+    __slots__ = ("_values",)
+
+    def __init__(self, values: Mapping[str, Array]) -> None:
+        self._values = {name: value.view() for name, value in values.items()}
+        for value in self._values.values():
+            value.flags.writeable = False
+
+    def __getitem__(self, name: str) -> Array:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __repr__(self) -> str:
+        shapes = ", ".join(f"{name} {value.shape}" for name, value in self.items())
+        return f"<Place: {shapes}>"
+
+
+@dataclass(frozen=True)
+class Block:
+    """A group of unknowns that are free or fixed together.
+
+    Attributes
+    ----------
+    value : array of any shape
+        Where the unknowns start.
+    lower, upper : arrays of the same shape, optional
+        Bounds; without them the unknowns are unbounded.
+    kinks : (size, q) array, optional
+        Values at which each unknown has a kink, padded with infinity.
+    """
+
+    value: Array
+    lower: Array | None = None
+    upper: Array | None = None
+    kinks: Array | None = None
+
+
+class Unknowns:
+    """The free blocks of a solve as one flat vector.
+
+    Parameters
+    ----------
+    blocks : mapping of str to Block
+        All blocks, free and fixed.
+    free : collection of str
+        Names of the free blocks.
+
+    Attributes
+    ----------
+    start, lower, upper : (N,) arrays
+    slices : dict of str to slice
+        Where each free block lies in the flat vector, in the order of ``blocks``.
+
+    Raises
+    ------
+    SolveError
+        ``free`` names a block that does not exist, or no block at all.
+    """
+
+    def __init__(self, blocks: Mapping[str, Block], free: Collection[str]) -> None:
+        if isinstance(free, str) or not free or not all(name in blocks for name in free):
+            raise SolveError(
+                f"free is a sequence of names of blocks of unknowns, not {free!r}; "
+                f"this solve has {', '.join(map(repr, blocks))}."
+            )
+        self._fixed = {name: b.value for name, b in blocks.items() if name not in free}
+        self._free = {name: b for name, b in blocks.items() if name in free}
+        self.slices: dict[str, slice] = {}
+        end = 0
+        for name, block in self._free.items():
+            self.slices[name] = slice(end, end + block.value.size)
+            end += block.value.size
+        parts = self._free.values()
+        self.start = _joined([block.value for block in parts])
+        self.lower = _joined([_side(block, block.lower, -np.inf) for block in parts])
+        self.upper = _joined([_side(block, block.upper, np.inf) for block in parts])
+
+    def is_only(self, name: str) -> bool:
+        """Whether this block is the only free one."""
+        return len(self._free) == 1 and name in self._free
+
+    def place(self, x: Array) -> dict[str, Array]:
+        """The values of all blocks where the free ones are x (N,)."""
+        values = {
+            name: x[self.slices[name]].reshape(block.value.shape)
+            for name, block in self._free.items()
+        }
+        return {**self._fixed, **values}
+
+    def flat(self, values: Mapping[str, Array]) -> Array:
+        """A number for each free unknown, (N,), from arrays by block; 0 in blocks left out."""
+        if len(values) == len(self._free) == 1 and values.keys() == self._free.keys():
+            (only,) = values.values()
+            return only.ravel()
+        flat = np.zeros(len(self.start))
+        for name, part in self.slices.items():
+            if name in values:
+                flat[part] = values[name].ravel()
+        return flat
+
+    def kinks(self, axes: Array) -> Array:
+        """The kinks of every free unknown, (N, q), padded with infinity.
+
+        Parameters
+        ----------
+        axes : (size, q) array
+            Those of the axes, which depend on the terms of a solve.
+        """
+        if self.is_only(AXES):
+            return axes
+        tables = {n: axes if n == AXES else block.kinks for n, block in self._free.items()}
+        widths = [table.shape[1] for table in tables.values() if table is not None]
+        width = max(widths, default=1)
+        padded = np.full((len(self.start), width), np.inf)
+        for name, table in tables.items():
+            if table is not None:
+                padded[self.slices[name], : table.shape[1]] = table
+        return padded
+
+
+def _joined(parts: list[Array]) -> Array:
+    return parts[0].ravel() if len(parts) == 1 else np.concatenate([part.ravel() for part in parts])
+
+
+def _side(block: Block, bound: Array | None, none: float) -> Array:
+    return np.full(block.value.shape, none) if bound is None else bound
