@@ -83,7 +83,7 @@ def test_an_answer_holds_the_axes_that_the_traits_then_have(editor: Any) -> None
 def test_out_of_reach_says_so(editor: Any) -> None:
     reply = drag(editor, editor.text.nearest(1500, 1080), -9000, 9000, phase="up")
     assert reply["ok"] and reply["status"] == "unreachable"
-    assert "units away" in reply["message"]
+    assert "font units" in reply["message"]
 
 
 MALFORMED = [

@@ -180,6 +180,7 @@ class Energy:
             return self._compiled.evaluate(x)[1]
         place, slices = self.unknowns.place(x), self.unknowns.slices
         parts = [rows.jacobian(place, slices) for rows in self._others]
+        self._check_sizes(parts)
         if self._compiled is not None or not parts:
             parts.insert(0, self._affine_jacobian(place))
         return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from .word import Word
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -28,9 +25,9 @@ class Handle:
     contour: int
     segment: int
     t: float
-    word: Word = field(repr=False, compare=True, kw_only=True)
+    word: Any = field(repr=False, compare=True, kw_only=True)
 
     @property
     def letter_name(self) -> str:
         """The character of the handle's letter, or its glyph name where it has no single one."""
-        return self.word.letter_names[self.glyph]
+        return str(self.word.letter_names[self.glyph])

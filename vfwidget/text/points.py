@@ -16,15 +16,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, IntArray, like, namespace
 from .place import AXES, OFFSETS
-
-if TYPE_CHECKING:
-    from .word import Word
 
 Values = Mapping[str, Any]
 """Arrays or tensors by block of unknowns: Θ (..., 1 or l, n), offsets (l, 2)."""
@@ -41,7 +38,7 @@ class PointSet(ABC):
     """
 
     letter: IntArray
-    word: Word
+    word: Any
 
     def positions(self, place: Values) -> Any:
         """The points at a place, (..., p, 2); arrays stay arrays, tensors tensors."""
@@ -105,7 +102,7 @@ class AffinePoints(PointSet):
     base: Array
     deltas: Array
     before: Array
-    word: Word = field(repr=False)
+    word: Any = field(repr=False)
 
     @cached_property
     def rows(self) -> AffineForm:
@@ -175,7 +172,7 @@ class BlendedPoints(PointSet):
     weights: Array
     base: Array
     before: Array
-    word: Word = field(repr=False)
+    word: Any = field(repr=False)
 
     def _set(self, theta: Any) -> Any:
         parts = [glyph.outline.value(w) for glyph, w in self.word.letters(theta)]
