@@ -7,6 +7,7 @@ holds its matrix. :class:`LowRankQuadratic` is a sum of few squares plus a diago
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
@@ -180,12 +181,16 @@ def minimise_over_box(quadratic: Quadratic, low: Array, high: Array) -> tuple[Ar
     if not ((d < low) | (d > high)).any():
         return d, False
     d = np.zeros_like(d)
-    free = ~_held(d, quadratic.slope(d), low, high)
+    free, lowest = ~_held(d, quadratic.slope(d), low, high), math.inf
     for _ in range(10 + 4 * len(d)):
         step, slope = quadratic.newton(d, free)
         new = d + step
         if not ((new < low) | (new > high)).any():
-            d = new
+            value = quadratic.value(new)
+            if value >= lowest:
+                # Releasing variables did not help: their slopes were only rounding errors.
+                break
+            d, lowest = new, value
             released = ~free & ~_held(d, slope, low, high)
             if not released.any():
                 break
