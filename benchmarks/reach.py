@@ -22,7 +22,7 @@ from time import process_time
 import numpy as np
 
 import vfwidget as vf
-from vfwidget.view.editor import CALM, MOVE_ITERATIONS
+from vfwidget.view.drag import CALM, MOVE_ITERATIONS
 
 from .table import Row, milliseconds
 from .timing import Array

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import vfwidget as vf
-from vfwidget.view.editor import CALM, RELEASE_ITERATIONS, RESTARTS
+from vfwidget.view.drag import CALM, RELEASE_ITERATIONS, RESTARTS
 
 from .table import Row
 from .timing import Array, Spread

@@ -225,7 +225,7 @@ def test_letters_set_apart_move_apart(show: Any) -> None:
 def test_a_slow_solve_settles_soon_after_120_moves(show: Any) -> None:
     slow = """
 import time
-import vfwidget.view.editor as widget
+import vfwidget.view.drag as widget
 handled, fast = 0, widget.solve
 def slow_solve(*arguments, **options):
     global handled
@@ -268,7 +268,7 @@ widget.solve = slow_solve
 
 def test_a_python_error_is_shown_and_the_next_drag_works(show: Any) -> None:
     broken = """
-import vfwidget.view.editor as widget
+import vfwidget.view.drag as widget
 works = widget.solve
 def fails(*arguments, **options):
     raise RuntimeError("no luck <b>today</b>")

@@ -13,7 +13,7 @@ from fontTools.ttLib import TTFont
 
 import vfwidget as vf
 from vfwidget.export.page import STATE, page, view
-from vfwidget.view.editor import describe_word
+from vfwidget.view.word import describe_word
 
 HOSTILE = "</script></title><!--<script>alert(1)</script><img src=x onerror=alert(2)>&lt;"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 from typing import Any
@@ -13,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vfwidget as vf
-from vfwidget.view import editor as widget_module
+from vfwidget.view import drag as widget_module
 
 
 class FrontEnd(BaseComm):
@@ -379,3 +380,154 @@ def test_a_bad_start_is_one_clear_error(arguments: Any, error: type[Exception]) 
 def test_a_misspelled_keyword_is_a_clear_error() -> None:
     with pytest.raises(TypeError, match="axis"):
         vf.Editor("recursive", "a", axis={"wght": 3})  # type: ignore[call-arg]
+
+
+def test_each_assignment_and_each_gesture_of_the_view_is_one_step(editor: Any) -> None:
+    start = editor.axes
+    editor.axes = {"wght": 600}
+    bold = editor.axes
+    for weight in (610, 620, 630):
+        editor.comm.update(axes=bold | {"wght": weight}, _gesture="slide")
+    handle = editor.text.nearest(1500, 1080)
+    x, y = editor.text.position(handle).tolist()
+    for seq, phase in enumerate(["down", "move", "move", "up"]):
+        drag(editor, handle, x, y + 10 * seq, seq=seq, phase=phase, gesture="g", axes=editor.axes)
+    assert editor.comm.state["_steps"] == [3, 0]
+    assert [text.axes["wght"] for text in editor.history[:3]] == pytest.approx([400, 600, 630])
+    dragged = editor.axes
+    assert editor.undo()
+    assert editor.axes["wght"] == pytest.approx(630)
+    editor.comm.custom({"type": "undo"})
+    assert editor.axes == bold == editor.comm.state["axes"]
+    assert editor.undo() and not editor.undo()
+    assert editor.axes == start
+    while editor.redo():
+        pass
+    assert editor.axes == dragged
+    editor.restart()
+    assert editor.axes == start
+    assert editor.undo() and editor.axes == dragged
+
+
+def test_undo_brings_back_pins_locks_letters_and_texts(editor: Any) -> None:
+    editor.pins = [editor.text.nearest(150, 0)]
+    editor.locks = ["wght"]
+    editor.shared = False
+    editor.text = vf.Text("dynapuff", "hi")
+    assert (editor.pins, editor.locks) == ([], ["wght"])
+    for pins, locks, shared, string in [
+        (1, ["wght"], False, "no"),
+        (1, ["wght"], True, "no"),
+        (1, [], True, "no"),
+        (0, [], True, "no"),
+    ]:
+        editor.undo()
+        assert (len(editor.pins), editor.locks, editor.shared) == (pins, locks, shared)
+        assert editor.text.string == editor.comm.state["_word"]["string"] == string
+        assert all(editor.text.owns(pin) for pin in editor.pins)
+
+
+def test_value_is_another_name_of_axes(editor: Any) -> None:
+    heard: list[Any] = []
+    editor.observe(lambda change: heard.append(change["new"]), "value")
+    editor.value = {"wght": 650}
+    drag(editor, editor.text.nearest(1500, 1080), 1500, 1000)
+    assert heard[0]["wght"] == 650
+    assert heard[-1] == editor.axes == editor.value
+
+
+def test_an_editor_feeds_interactive_output(editor: Any) -> None:
+    import ipywidgets
+
+    seen: list[Any] = []
+    ipywidgets.interactive_output(lambda axes: seen.append(axes), {"axes": editor})
+    editor.axes = {"wght": 650}
+    assert seen[-1] == editor.axes
+
+
+@pytest.mark.parametrize(
+    ("trait", "bad", "error", "words"),
+    [
+        ("locks", ["nope"], vf.AxisError, "no axis 'nope' to lock"),
+        ("locks", "wght", vf.AxisError, "list of axis tags"),
+        ("locks", 3, vf.AxisError, "list of axis tags"),
+        ("height", 5, vf.TextError, "80 to 4000"),
+        ("height", "tall", vf.TextError, "80 to 4000"),
+        ("theme", "pink", Exception, "pink"),
+    ],
+)
+def test_bad_options_are_refused_and_change_nothing(
+    editor: Any, trait: str, bad: Any, error: type[Exception], words: str
+) -> None:
+    before = getattr(editor, trait)
+    with pytest.raises(error, match=words):
+        setattr(editor, trait, bad)
+    assert getattr(editor, trait) == before
+    with pytest.raises(error, match=words):
+        vf.Editor("roboto-flex", "no", **{trait: bad})
+
+
+def test_locked_axes_stay_in_a_drag(editor: Any) -> None:
+    editor.axes = {"wght": 512}
+    editor.locks = ["wght", "wdth"]
+    reply = drag(editor, editor.text.nearest(1500, 1080), 1450, 1150, phase="up")
+    assert (reply["axes"]["wght"], reply["axes"]["wdth"]) == (512, 100)
+    assert reply["axes"] != editor.text.at(axes={"wght": 512}).axes
+
+
+def test_the_path_of_a_drag_does_not_matter(editor: Any) -> None:
+    handle = editor.text.nearest(1500, 1080)
+    x, y = editor.text.position(handle).tolist()
+    start = editor.text
+    for seq in range(1, 31):
+        phase = "up" if seq == 30 else "move"
+        drag(editor, handle, x + 2 * seq, y + 3 * seq, seq=seq, phase=phase)
+    pull = (0.001 * start.font.units_per_em) ** 2
+    once = vf.solve(start, [vf.Target(handle, (x + 60, y + 90)), vf.StayClose(pull)]).axes
+    for axis in start.font.axes:
+        assert abs(editor.axes[axis.tag] - once[axis.tag]) < 0.01 * (axis.maximum - axis.minimum)
+
+
+def test_the_saved_picture_follows_the_editor(monkeypatch: pytest.MonkeyPatch) -> None:
+    from IPython.core.interactiveshell import InteractiveShell
+    from IPython.testing.globalipapp import start_ipython
+
+    shell = start_ipython() or InteractiveShell.instance()
+    published: list[Any] = []
+    monkeypatch.setattr(
+        shell.display_pub, "publish", lambda data, **more: published.append((data, more))
+    )
+    made = vf.Editor("dynapuff", "hi")
+    made._ipython_display_()
+    (shown, _), (picture, more) = published
+    assert "application/vnd.jupyter.widget-view+json" in shown
+    path = re.compile(' d="(.*?)"')
+    assert path.findall(picture["image/svg+xml"]) == path.findall(made.to_svg())
+    assert "hi in DynaPuff" in picture["text/plain"]
+    assert not more.get("update")
+    made.axes = {"wght": 700}
+    made._picture.update()
+    later, more = published[-1]
+    assert more["update"]
+    assert path.findall(later["image/svg+xml"]) == path.findall(made.to_svg())
+    assert later["image/svg+xml"] != picture["image/svg+xml"]
+    count = len(published)
+    made._picture.update()
+    assert len(published) == count
+
+
+def test_a_better_place_far_away_is_offered_and_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("comm.create_comm", FrontEnd)
+    monkeypatch.setattr(widget_module, "RESTART_SECONDS", None)
+    editor = vf.Editor("afacad-flux", "wavy")
+    handle = editor.text.handle(2, 0, 8, 0.0)
+    goal = (2535.0, 836.0)
+    assert drag(editor, handle, *goal, phase="move")["elsewhere"] is None
+    reply = drag(editor, handle, *goal, phase="up")
+    assert reply["axes"] == editor.axes != reply["elsewhere"]
+    target = np.array(goal)
+    here, there = (
+        np.linalg.norm(editor.text.at(axes=axes).position(handle).numpy() - target)
+        for axes in (reply["axes"], reply["elsewhere"])
+    )
+    assert there < here

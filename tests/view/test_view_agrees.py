@@ -13,7 +13,8 @@ import pytest
 from shared_cases import CASES
 
 import vfwidget as vf
-from vfwidget.view.editor import CALM, RELEASE_ITERATIONS, describe_word
+from vfwidget.view.drag import CALM, RELEASE_ITERATIONS
+from vfwidget.view.word import describe_word
 
 ROOT = Path(__file__).parents[2]
 
@@ -56,16 +57,15 @@ def test_points_agree_to_float32(name: str) -> None:
 
 
 def test_a_predicted_drag_costs_what_the_solution_of_python_costs() -> None:
-    # Cases with locks have no counterpart in Python yet.
-    cases = [case for case in CASES["drags"] if not case["locks"]]
     drags, solutions = [], []
-    for case in cases:
+    for case in CASES["drags"]:
         text = vf.Text(case["font"], case["string"], axes=case["axes"], shared=case["shared"])
         drags.append({**case, "word": describe_word(text.word)})
         pull = (CALM * text.font.units_per_em) ** 2
         terms = [vf.Target(text.handle(*case["handle"]), case["target"]), vf.StayClose(pull)]
         terms += [vf.Pin(text.handle(*pin)) for pin in case["pins"]]
-        solutions.append(vf.solve(text, terms, max_iterations=RELEASE_ITERATIONS, restarts=0))
+        options: Any = {"max_iterations": RELEASE_ITERATIONS, "locks": case["locks"]}
+        solutions.append(vf.solve(text, terms, restarts=0, **options))
     for solution, place in zip(solutions, answers("drag.mjs", drags=drags), strict=True):
         assert place["cost"] == pytest.approx(solution.cost, rel=1e-3, abs=1e-3)
         assert place["missing"] == pytest.approx(max(solution.misses), abs=0.1)

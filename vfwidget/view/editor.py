@@ -1,8 +1,9 @@
-"""The notebook widget: events in, terms and a solve, axes out.
+"""The notebook widget turns a drag into terms, solves for the axes and returns them.
 
-The view (``js/``) draws from the axes by itself, so the kernel only answers drags. Each drag
-message carries a sequence number and is answered exactly once, with the solved axes or with an
-error; the view keeps one in flight. ``js/README.md`` states the contract.
+The view (``js/``) draws from the axes by itself and predicts the result of a drag. The kernel
+solves each drag event again and has the last word. Each drag message carries a sequence number
+and is answered exactly once, with the solved axes or with an error; the view keeps one message in
+flight. ``js/README.md`` states the contract.
 """
 
 from __future__ import annotations
@@ -11,96 +12,105 @@ import os
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib import resources
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, overload
 
 import anywidget
-import numpy as np
 import traitlets
 
-from ..energy.handle_terms import Pin, Target
-from ..energy.solve import solve
-from ..energy.term import Term
-from ..energy.word_terms import StayClose
+from ..energy.handle_terms import Target
 from ..errors import SolveError, TextError, VFWidgetError
+from ..export.css import to_css
 from ..export.page import page, view
+from ..export.svg import to_svg
 from ..font import Font
 from ..font.source import FontSource
-from ..text import AxisValues, Handle, Text
-from ..text.word import Word
+from ..text import AxisValues, Text
+from .bundle import PAGE_STYLE, built
+from .drag import solve_drag
+from .history import History
+from .snapshot import Snapshot
+from .state import State, checked_locks, checked_pins
+from .word import describe_word
 
-CALM = 0.001
-"""√λ of Sec. 5.1, in ems: a drag moves an axis over its range only if it gains more than this."""
-MOVE_ITERATIONS = 30
-RELEASE_ITERATIONS = 200
-RESTARTS = 8
-
-PAGE_TRAITS = ("_word", "axes", "shared", "_pins")
+PAGE_TRAITS = ("_word", "axes", "shared", "_pins", "locks", "height", "theme")
 """The traits that a view needs on a page without a kernel."""
-PAGE_STYLE = """
-:root { color-scheme: light dark; }
-body { max-width: 1000px; margin: 24px auto; padding: 0 16px; --vfw-height: 60vh; }
-"""
-
-
-def _static(name: str) -> str:
-    file = resources.files("vfwidget") / "static" / name
-    if not file.is_file():
-        raise ImportError(
-            f"vfwidget/static/{name} is missing: the view is bundled when the package is "
-            "installed. Run `pip install .` (or `npm ci && npm run build` in js/)."
-        )
-    return file.read_text(encoding="utf-8")
+STATE_TRAITS = ["axes", "shared", "_pins", "locks"]
+"""The traits in which the view changes the state."""
+SNAPSHOT_HEIGHT = 180
+"""Pixels of the picture that a saved notebook shows."""
+HEIGHTS = (80, 4000)
+"""Pixels between which the height of the picture is useful."""
 
 
 class Editor(anywidget.AnyWidget):
     """A word to drag by its outline, with a slider for every axis.
 
-    Hover shows the nearest outline point; press and drag moves it, click pins or unpins it. Show
-    it by making it the last expression of a cell.
+    Hover over the outline to see the nearest point; press and drag to move it; click to pin or
+    unpin it. Show the editor by making it the last expression of a cell.
 
     Parameters
     ----------
-    font : Font, Text, or what :func:`load_font` takes
+    font : Font, Text, or an argument of :func:`load_font`
     string : str
-        The word; not given when ``font`` is a Text.
+        The word; not given if ``font`` is a Text.
     axes : mapping of tag to user value, or one per letter, optional
     shared : bool
         One axis vector for the word, or one for each letter.
+    locks : sequence of str
+        Tags of axes that drags leave as they are.
+    height : int, optional
+        Height of the picture in pixels, 80 to 4000. By default it follows the width.
+    theme : {"auto", "light", "dark"}
+        The colours; by default those of the notebook.
 
     Attributes
     ----------
     axes : dict, or list of one dict per letter
-        User coordinates of every axis, as :attr:`Text.axes`. Set a part of them and the others
-        go to their defaults.
+        User coordinates of every axis, as :attr:`Text.axes`. If you set a part of them, the others
+        take their default values.
+    value
+        The same as ``axes``, under the name that ipywidgets expects.
     text : Text
-        The word at those axes. Set it to edit another.
+        The word at those axes. Set it to edit another one.
     pins : list of Handle
         Points that drags leave where they are. Set it to pin from code.
+    locks : list of str
     shared : bool
+    height : int or None
+    theme : str
+    history : list of Text
+        The states up to the present one, oldest first.
     error : str
-        What the view shows as gone wrong; empty when nothing has.
+        The error message that the editor displays; empty if there is no error.
 
-    All of them are traits: ``editor.observe(callback, "axes")`` follows a drag.
+    All of them except ``history`` are traits: ``editor.observe(callback, "axes")`` follows a drag.
 
     Raises
     ------
     FontError, GlyphError, TextError, AxisError
-        As :func:`load_font` and :class:`Text`. A bad value assigned later raises the same and
-        leaves the widget as it was.
+        As :func:`load_font` and :class:`Text`. A bad value that is assigned later raises the same
+        error and leaves the editor as it was.
     """
 
-    _esm = _static("editor.js")
-    _css = _static("editor.css")
+    _esm = built("editor.js")
+    _css = built("editor.css")
 
     _word = traitlets.Dict().tag(sync=True)
     axes = traitlets.Any().tag(sync=True, echo_update=False)
     shared = traitlets.Bool().tag(sync=True, echo_update=False)
     _pins: traitlets.List[Any] = traitlets.List().tag(sync=True, echo_update=False)
+    locks = traitlets.Any().tag(sync=True, echo_update=False)
+    height = traitlets.Any(None).tag(sync=True)
+    theme = traitlets.Enum(["auto", "light", "dark"], "auto").tag(sync=True)
     error = traitlets.Unicode().tag(sync=True)
+    _steps = traitlets.List([0, 0]).tag(sync=True)
+    _gesture = traitlets.Unicode().tag(sync=True, echo_update=False)
+    _snapshot = traitlets.Unicode().tag(sync=True)
     text = traitlets.Instance(Text)
     pins = traitlets.Any()
+    value = traitlets.Any()
 
     def __init__(
         self,
@@ -108,27 +118,80 @@ class Editor(anywidget.AnyWidget):
         string: str | None = None,
         axes: AxisValues | Sequence[AxisValues] | None = None,
         shared: bool = True,
+        *,
+        locks: Sequence[str] = (),
+        height: int | None = None,
+        theme: str = "auto",
     ) -> None:
         if isinstance(font, Text):
             if string is not None or axes is not None:
-                raise TextError("A Text already has its string and its axes: give it alone.")
+                raise TextError(
+                    "Do not pass string or axes together with a Text, because a Text already "
+                    "contains both."
+                )
             text = font
         elif string is None:
-            raise TextError('An Editor needs a text to set: vf.Editor(font, "NT").')
+            raise TextError('An Editor needs a text to show: vf.Editor(font, "NT").')
         else:
             text = Text(font, string, axes=axes, shared=shared)
+        state = State(text, (), checked_locks(locks, text))
         self._lock = threading.RLock()
         self._adopting = False
+        self._naming: str | None = None
+        self._history = History(state)
         self._pressed: tuple[Any, Text] = (None, text)
+        self._picture = Snapshot(
+            lambda: to_svg(self.text, height=SNAPSHOT_HEIGHT, background="white")
+        )
         with self._adoption():
             super().__init__(
-                _word=describe_word(text.word),
-                axes=text.axes,
-                shared=text.shared,
                 text=text,
                 pins=[],
+                _word=describe_word(text.word),
+                axes=text.axes,
+                value=text.axes,
+                shared=text.shared,
+                locks=list(state.locks),
+                height=height,
+                theme=theme,
+                _snapshot=self._picture.name,
             )
-        self.on_msg(self._answer)
+        self.on_msg(self._receive)
+
+    @property
+    def history(self) -> list[Text]:
+        """The states up to the present one, oldest first; each is a Text."""
+        return [state.text for state in self._history.states]
+
+    def undo(self) -> bool:
+        """Take back the last gesture or assignment.
+
+        Returns
+        -------
+        bool
+            False if there was nothing to undo.
+        """
+        return self._step(self._history.undo)
+
+    def redo(self) -> bool:
+        """Do again what was undone last.
+
+        Returns
+        -------
+        bool
+            False if there was nothing to redo.
+        """
+        return self._step(self._history.redo)
+
+    def restart(self) -> None:
+        """Go back to the state in which the editor began. This can be undone."""
+        self._step(self._history.restart)
+
+    def _step(self, move: Any) -> Any:
+        with self._lock:
+            done = move()
+            self._show()
+        return done
 
     @overload
     def to_html(self) -> str: ...
@@ -138,7 +201,7 @@ class Editor(anywidget.AnyWidget):
         """Write the editor as a page of its own, which needs neither a kernel nor a network.
 
         The page starts at the present axes. The outline can be dragged as in the notebook, because
-        the page contains the solver for targets and pins.
+        the page contains the solver for targets, pins and locks.
 
         Parameters
         ----------
@@ -158,9 +221,24 @@ class Editor(anywidget.AnyWidget):
         Path(path).write_text(made, encoding="utf-8")
         return None
 
+    def to_svg(self) -> str:
+        """Draw the word as it stands, as an SVG document."""
+        return to_svg(self.text)
+
+    def to_css(self) -> str:
+        """Write the CSS declarations that set the word in its font at the present axes."""
+        return to_css(self.text)
+
+    def _ipython_display_(self) -> None:
+        """Show the editor, and below it a picture that a saved notebook keeps."""
+        from IPython.display import display
+
+        display(*self._repr_mimebundle_()[:1], raw=True)  # type: ignore[index]
+        self._picture.show()
+
     @contextmanager
     def _adoption(self) -> Iterator[None]:
-        """While traits are being made to agree, their observers rest."""
+        """Keep the observers from running while the traits are made to agree."""
         with self._lock:
             before, self._adopting = self._adopting, True
             try:
@@ -168,125 +246,140 @@ class Editor(anywidget.AnyWidget):
             finally:
                 self._adopting = before
 
-    def _adopt(self, text: Text, pins: Sequence[Handle]) -> None:
-        """Make a text and its pins the state, and every trait say so."""
-        # A pin that was made before the letters got separate axes, or shared ones, is still valid.
-        pins = [text.handle(p.glyph, p.contour, p.segment, p.t) for p in pins]
+    def _adopt(self, state: State) -> None:
+        """Make this the state, as a step of the history."""
+        self._history.record(state, self._naming)
+        self._show()
+
+    def _show(self) -> None:
+        """Make every trait agree with the present state."""
+        state = self._history.present
+        text = state.text
         with self._adoption(), self.hold_sync():
             if text.word is not self.text.word:
                 self._word = describe_word(text.word)
             self.text = text
             self.shared = text.shared
-            self.axes = text.axes
-            self.pins = pins
-            self._pins = [[p.glyph, p.contour, p.segment, p.t] for p in pins]
+            self.axes = self.value = text.axes
+            self.pins = list(state.pins)
+            self._pins = state.pin_places
+            self.locks = list(state.locks)
+            self._steps = [len(self._history.past), len(self._history.future)]
             self.error = ""
+        self._picture.expire()
 
-    @traitlets.validate("axes")
+    @traitlets.validate("axes", "value")
     def _check_axes(self, proposal: Any) -> Any:
         return proposal["value"] if self._adopting else self._moved(proposal["value"]).axes
 
     @traitlets.validate("pins")
-    def _check_pins(self, proposal: Any) -> list[Handle]:
-        if not isinstance(proposal["value"], list | tuple):
-            raise SolveError(f"Pins are a list of handles, not {proposal['value']!r}.")
-        pins = [pin.handle if isinstance(pin, Pin) else pin for pin in proposal["value"]]
-        for pin in pins:
-            if not isinstance(pin, Handle) or not self.text.owns(pin):
-                raise SolveError(f"{pin!r} is not a handle of this editor's text.")
-        return pins
+    def _check_pins(self, proposal: Any) -> list[Any]:
+        return list(checked_pins(proposal["value"], self.text))
+
+    @traitlets.validate("locks")
+    def _check_locks(self, proposal: Any) -> list[str]:
+        return list(checked_locks(proposal["value"], self.text))
+
+    @traitlets.validate("height")
+    def _check_height(self, proposal: Any) -> int | None:
+        height, (low, high) = proposal["value"], HEIGHTS
+        if height is None:
+            return None
+        if not isinstance(height, int | float) or not low <= height <= high:
+            raise TextError(f"height must be {low} to {high} pixels; received {height!r}.")
+        return int(height)
 
     def _moved(self, axes: Any) -> Text:
-        """The text at other axes, with letters joined or set apart as ``shared`` says."""
+        """The text at other axes, with shared or separate axes as ``shared`` says."""
         if self.shared == self.text.shared:
             return self.text.at(axes=axes)
         if self.shared and not isinstance(axes, Mapping):
             axes = axes[0]
         return Text(self.text.font, self.text.string, axes=axes, shared=self.shared)
 
-    @traitlets.observe("axes", "shared")
-    def _on_axes(self, _: Any) -> None:
+    @traitlets.observe("axes", "shared", "value")
+    def _on_axes(self, change: Any) -> None:
         if not self._adopting:
-            self._adopt(self._moved(self.axes), self.pins)
+            axes = self.value if change["name"] == "value" else self.axes
+            self._adopt(self._history.present.at(self._moved(axes)))
 
     @traitlets.observe("text")
     def _on_text(self, change: Any) -> None:
         if not self._adopting:
-            same = change["old"].string == self.text.string
-            same = same and change["old"].font is self.text.font
             with self._adoption():
-                # The old word is compared with the new one to see what the view must be sent.
+                # `_show` compares the word with that of the old text, which this trait has left.
                 self._word = describe_word(self.text.word)
-            self._adopt(self.text, self.pins if same else [])
+            self._adopt(self._history.present.at(self.text))
 
-    @traitlets.observe("pins")
-    def _on_pins(self, _: Any) -> None:
+    @traitlets.observe("pins", "_pins", "locks")
+    def _on_marks(self, change: Any) -> None:
         if not self._adopting:
-            self._adopt(self.text, self.pins)
-
-    @traitlets.observe("_pins")
-    def _on_pins_of_view(self, _: Any) -> None:
-        if not self._adopting:
-            pins = [self.text.handle(*place) for place in self._pins if len(place) == 4]
-            if len(pins) < len(self._pins):
-                raise SolveError(f"A pin is [glyph, contour, segment, t]; got {self._pins}.")
-            self._adopt(self.text, pins)
+            pins = self.pins if change["name"] == "pins" else self._pins
+            locks = checked_locks(self.locks, self.text)
+            pins = checked_pins(pins, self.text)
+            self._adopt(replace(self._history.present, pins=pins, locks=locks))
 
     def set_state(self, sync_data: Any) -> None:
-        """Take state from the view; what cannot be taken is shown there and undone."""
+        """Take state from the view. What cannot be taken is shown there and undone."""
         with self._lock:
+            name = sync_data.get("_gesture")
+            self._naming = name if isinstance(name, str) else None
             try:
                 super().set_state(sync_data)
             except Exception as error:
-                self._adopt(self.text, self.pins)
-                self.send_state(["axes", "shared", "_pins"])
+                self._show()
+                self.send_state(STATE_TRAITS)
                 self.error = _in_words(error)
-                if not isinstance(error, VFWidgetError | TypeError):
+                if not isinstance(error, VFWidgetError | TypeError | traitlets.TraitError):
                     raise
+            finally:
+                self._naming = None
 
-    def _answer(self, _: Any, content: Any, buffers: Any) -> None:
-        """Answer a message of the view, whatever it holds, exactly once."""
+    def _receive(self, _: Any, content: Any, buffers: Any) -> None:
+        """Answer a message of the view, whatever it contains, exactly once."""
         content = content if isinstance(content, dict) else {}
-        reply = {"type": "drag", "view": content.get("view"), "seq": content.get("seq")}
+        kind = content.get("type")
+        reply = {"type": kind, "view": content.get("view"), "seq": content.get("seq")}
         try:
             with self._lock:
-                reply |= self._drag(content)
+                if kind == "drag":
+                    reply |= self._drag(content)
+                elif kind in ("undo", "redo", "restart"):
+                    getattr(self, kind)()
+                    reply["ok"] = True
+                else:
+                    raise SolveError(f"The editor does not know messages of type {kind!r}.")
         except Exception as error:
             reply |= {"ok": False, "error": _in_words(error)}
         self.send(reply)
 
     def _drag(self, content: dict[str, Any]) -> dict[str, Any]:
         """Solve one drag event, from where the view has predicted it, and move the text there."""
-        if content.get("type") != "drag":
-            raise SolveError(f"The kernel has no answer to a message {content.get('type')!r}.")
+        state = self._history.present
         try:
-            start = self._moved(content["axes"]) if "axes" in content else self.text
+            start = self._moved(content["axes"]) if "axes" in content else state.text
             handle = start.handle(*content["handle"])
             target = Target(handle, (float(content["x"]), float(content["y"])))
         except (KeyError, TypeError, ValueError) as error:
             raise SolveError(f"This drag message is malformed ({_in_words(error)}).") from error
+        state = state.at(start)
         gesture, (former, press) = (content.get("view"), handle), self._pressed
         if content.get("phase") == "down" or gesture != former or press.word is not start.word:
             press = start
             self._pressed = (gesture, press)
-        # Everything is measured from the press, so that the path of the pointer does not matter.
-        em = self.text.font.units_per_em
-        terms: list[Term] = [target, StayClose((CALM * em) ** 2, press.theta)]
-        terms += [Pin(pin, press.position(pin)) for pin in self.pins if pin != handle]
         released = content.get("phase") == "up"
-        solution = solve(
-            start,
-            terms,
-            max_iterations=RELEASE_ITERATIONS if released else MOVE_ITERATIONS,
-            # While the pointer moves, the letter moves with it and never jumps.
-            restarts=RESTARTS if released else 0,
-        )
-        self._adopt(solution.text, self.pins)
+        solution = solve_drag(start, press, target, state.pins, state.locks, released=released)
+        self._naming = str(content.get("gesture") or "")
+        try:
+            self._adopt(replace(state, text=solution.text))
+        finally:
+            self._naming = None
         return {
             "ok": True,
             "axes": self.axes,
             "status": solution.status,
             "message": solution.message,
+            "elsewhere": None if solution.elsewhere is None else solution.elsewhere.axes,
             "point": solution.text.position(handle).tolist(),
         }
 
@@ -295,57 +388,3 @@ def _in_words(error: Exception) -> str:
     if isinstance(error, VFWidgetError):
         return str(error)
     return f"{type(error).__name__}: {error}"
-
-
-def describe_word(word: Word) -> dict[str, Any]:
-    """What the view needs to evaluate Eq. 1–3 by itself, tensors as float32 buffers.
-
-    Regions are those of the word, once; a glyph that occurs twice is sent once. A glyph's
-    ``points`` are its default outline (k, 2), then its delta sets (k, 2) each.
-    """
-    glyphs: list[dict[str, Any]] = []
-    index: dict[int, int] = {}
-    for letter, glyph in enumerate(word.glyphs):
-        if glyph.glyph_id in index:
-            continue
-        index[glyph.glyph_id] = len(glyphs)
-        affine = glyph.affine
-        layers = np.concatenate([affine.base[None], np.moveaxis(affine.deltas, -1, 0)])
-        glyphs.append(
-            {
-                "name": glyph.name,
-                "contours": list(glyph.contours),
-                "points": layers.astype("<f4").tobytes(),
-                "regions": word.outline_regions[letter].tolist(),
-                "advance": {
-                    "default": affine.advance_base,
-                    "regions": word.advance_regions[letter].tolist(),
-                    "deltas": affine.advance_deltas.tolist(),
-                },
-            }
-        )
-    font = word.font
-    support = word.regions.support
-    return {
-        "family": font.family_name,
-        "string": word.string,
-        "units_per_em": font.units_per_em,
-        "ascender": font.ascender,
-        "descender": font.descender,
-        "axes": [
-            {
-                "tag": axis.tag,
-                "name": axis.name,
-                "minimum": axis.minimum,
-                "default": axis.default,
-                "maximum": axis.maximum,
-                "hidden": axis.hidden,
-                "map": [list(pair) for pair in axis.segment_map],
-            }
-            for axis in font.axes
-        ],
-        "regions": {"count": len(support), "data": support.astype("<f4").tobytes()},
-        "glyphs": glyphs,
-        "order": [index[glyph.glyph_id] for glyph in word.glyphs],
-        "offsets": word.fixed_offsets.tolist(),
-    }

@@ -5,7 +5,7 @@
  */
 
 /**
- * @typedef {{phase: "down" | "move" | "up", handle: number[], x: number, y: number, axes: any}} Body
+ * @typedef {{phase: "down" | "move" | "up", handle: number[], x: number, y: number, axes: any, gesture: string}} Body
  * @typedef {Body & {type: "drag", view: string, seq: number}} Message
  * @typedef {{setTimeout: (callback: () => void, ms: number) => any, clearTimeout: (id: any) => void}} Clock
  */

@@ -1,14 +1,13 @@
-/** The panel under the word: a row for each axis, the letters, and what acts on all of them. */
-import { html, svg } from "../view/dom.js";
+/** The panel under the word: the letters, and a row for each axis. */
+import { html, icon } from "../view/dom.js";
 import { alike } from "../word/decode.js";
 
 /**
  * @typedef {import("../word/decode.js").Axis} Axis
  * @typedef {object} Actions
- * @property {(changes: Record<string, number>) => void} set
- * @property {() => void} resetAll
- * @property {() => void} unpinAll
- * @property {(shared: boolean) => void} share
+ * @property {(changes: Record<string, number>, source?: string) => void} set
+ * @property {(source: string) => void} begin starts a step of undo
+ * @property {(tag: string) => void} lock
  * @property {(letter: number) => void} select
  */
 
@@ -24,7 +23,10 @@ export function format({ minimum, maximum }, value) {
   return String(Number(value.toFixed(Math.min(6, Math.max(0, digits)))));
 }
 
-/** One axis: name, slider, number, reset. */
+const LOCK = "M4.5 7.2h7v5.6h-7zM6 7.2V5.4a2 2 0 0 1 4 0v1.8", OPEN = "M4.5 7.2h7v5.6h-7zM6 7.2V4.4a2 2 0 0 1 4 0";
+const RESET = "M3.2 6.2A5.2 5.2 0 1 1 2.9 9.6M3 2.6v3.8h3.8";
+
+/** One axis: name, slider, number, lock, reset. */
 class Row {
   /** @param {Axis} axis @param {Actions} actions @param {string} id */
   constructor(axis, actions, id) {
@@ -36,7 +38,7 @@ class Row {
     const set = (/** @type {number} */ value) => {
       if (!Number.isFinite(value)) return;
       this.show(Math.min(maximum, Math.max(minimum, value)));
-      actions.set({ [tag]: this.value });
+      actions.set({ [tag]: this.value }, tag);
     };
     // Browsers disagree on what an arrow key does to a slider without steps.
     const onkeydown = (/** @type {KeyboardEvent} */ event) => {
@@ -52,6 +54,7 @@ class Row {
       oninput: () => set(this.range.valueAsNumber),
       onpointerdown: () => {
         this.pressed = true;
+        actions.begin(tag);
         // The release may happen anywhere.
         for (const type of ["pointerup", "pointercancel"]) addEventListener(type, () => (this.pressed = false), { once: true });
       },
@@ -74,15 +77,23 @@ class Row {
         this.show(this.value);
       },
     });
+    this.lockIcon = icon(OPEN);
+    this.lock = html("button", {
+      type: "button", class: "vfw-lock", "data-lock": tag, onclick: () => actions.lock(tag), "aria-label": `Lock ${name}`,
+      title: `Lock ${name}: drags leave this axis as it is`, "aria-pressed": "false",
+    }, this.lockIcon);
     this.reset = html("button", {
-      type: "button", class: "vfw-reset", "data-reset": tag, onclick: () => set(axis.default),
-      "aria-label": `Reset ${name} to ${format(axis, axis.default)}`, title: `Reset to ${format(axis, axis.default)}`,
-    }, svg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" },
-      svg("path", { d: "M3.2 6.2A5.2 5.2 0 1 1 2.9 9.6M3 2.6v3.8h3.8" })));
+      type: "button", class: "vfw-reset", "data-reset": tag,
+      onclick: () => {
+        actions.begin(tag);
+        set(axis.default);
+      },
+      "aria-label": `Reset ${name} to ${format(axis, axis.default)}`, title: `Reset to the default, ${format(axis, axis.default)}`,
+    }, icon(RESET));
     this.element = html("div", { class: "vfw-axis" },
       html("label", { for: id, title: `${name} (${tag}): ${format(axis, minimum)} to ${format(axis, maximum)}` },
         html("span", { class: "vfw-name" }, name), " ", html("code", {}, tag)),
-      this.range, this.number, this.reset);
+      this.range, this.number, this.lock, this.reset);
     this.range.style.setProperty("--vfw-default", String(this.part(axis.default)));
     this.show(axis.default);
   }
@@ -91,6 +102,12 @@ class Row {
   part(value) {
     const { minimum, maximum } = this.axis;
     return maximum > minimum ? Math.min(1, Math.max(0, (value - minimum) / (maximum - minimum))) : 0;
+  }
+
+  /** @param {boolean} locked */
+  setLocked(locked) {
+    this.lock.setAttribute("aria-pressed", String(locked));
+    this.lockIcon.firstElementChild?.setAttribute("d", locked ? LOCK : OPEN);
   }
 
   /** @param {number} value */
@@ -114,17 +131,8 @@ export class Controls {
     /** @type {Row[]} */
     this.rows = [];
     this.axes = html("div", { class: "vfw-axes" });
+    this.summary = html("summary");
     this.letters = html("div", { class: "vfw-letters-bar", role: "group", "aria-label": "Letter that the sliders act on" });
-    this.perLetter = html("input", {
-      type: "checkbox", class: "vfw-per-letter", onchange: () => actions.share(!this.perLetter.checked),
-    });
-    const button = (/** @type {string} */ name, /** @type {string} */ text, /** @type {() => void} */ onclick) =>
-      html("button", { type: "button", class: `vfw-button ${name}`, onclick }, text);
-    this.unpin = button("vfw-unpin-all", "Unpin all", actions.unpinAll);
-    this.reset = button("vfw-reset-all", "Reset all", actions.resetAll);
-    this.bar = html("div", { class: "vfw-actions" },
-      html("label", { class: "vfw-switch" }, this.perLetter, html("span", {}, "Each letter by itself")),
-      this.unpin, this.reset);
     this.element = html("div", { class: "vfw-controls" }, this.letters, this.axes);
   }
 
@@ -146,8 +154,7 @@ export class Controls {
     const [hidden, open] = [true, false].map((h) => this.rows.filter((r) => r.axis.hidden === h).map((r) => r.element));
     this.axes.replaceChildren(html("div", { class: "vfw-rows" }, ...open));
     if (hidden.length > 0) {
-      this.axes.append(html("details", { class: "vfw-hidden" },
-        html("summary", {}, `Hidden axes (${hidden.length})`), html("div", { class: "vfw-rows" }, ...hidden)));
+      this.axes.append(html("details", { class: "vfw-hidden" }, this.summary, html("div", { class: "vfw-rows" }, ...hidden)));
     }
   }
 
@@ -156,14 +163,15 @@ export class Controls {
     return this.rows.some((row) => row.pressed);
   }
 
-  /** @param {{values: Record<string, number>, shared: boolean, selected: number, pins: number, moved: boolean}} state */
-  show({ values, shared, selected, pins, moved }) {
-    for (const row of this.rows) row.show(values[row.axis.tag] ?? row.axis.default);
-    this.perLetter.checked = !shared;
+  /** @param {{values: Record<string, number>, locks: string[], shared: boolean, selected: number}} state */
+  show({ values, locks, shared, selected }) {
+    for (const row of this.rows) {
+      row.show(values[row.axis.tag] ?? row.axis.default);
+      row.setLocked(locks.includes(row.axis.tag));
+    }
+    const hidden = this.rows.filter((row) => row.axis.hidden), moved = hidden.filter((row) => row.value !== row.axis.default);
+    this.summary.textContent = `Hidden axes (${hidden.length}${moved.length > 0 ? `, ${moved.length} moved` : ""})`;
     this.letters.hidden = shared;
     [...this.letters.children].forEach((chip, i) => chip.setAttribute("aria-pressed", String(i === selected)));
-    this.unpin.disabled = pins === 0;
-    this.unpin.textContent = pins > 0 ? `Unpin all (${pins})` : "Unpin all";
-    this.reset.disabled = !moved;
   }
 }

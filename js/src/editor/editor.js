@@ -1,12 +1,14 @@
 /** One view of a model: the word, what edits it, the panel, and what is said about it all. */
-import { Controls } from "./controls.js";
 import { html } from "../view/dom.js";
 import { Drawing } from "../view/drawing.js";
-import { Gestures } from "./gestures.js";
+import { conform } from "../word/decode.js";
 import { Channel } from "./channel.js";
+import { Controls } from "./controls.js";
+import { DRAG, Gestures, ZOOM } from "./gestures.js";
 import { Marks } from "./marks.js";
-import { BUSY, HINT, KEYS, placeInWords, UNSENT } from "./messages.js";
+import { BETTER, BUSY, HINT, KEYS, placeInWords, UNSENT } from "./messages.js";
 import { Session, TRAITS } from "./session.js";
+import { Toolbar } from "./toolbar.js";
 
 /** Milliseconds: stillness before the window moves, and the time that traits get to catch up with the view. */
 const CALM = 500, CATCH_UP = 300;
@@ -44,20 +46,39 @@ export class Editor {
       action(...values);
     });
     this.controls = new Controls({
-      set: act((changes) => this.session.setValues(changes)),
+      set: act((changes, source) => this.session.setValues(changes, source)),
+      begin: (source) => this.session.begin(source),
+      lock: act((tag) => this.session.toggleLock(tag)),
+      select: act((letter) => this.session.select(letter)),
+    }, `vfw-${view}`);
+    this.toolbar = new Toolbar({
+      undo: act(() => this.step("undo")),
+      redo: act(() => this.step("redo")),
+      restart: act(() => this.step("restart")),
       resetAll: act(() => this.session.resetAll()),
       unpinAll: act(() => this.session.write({ _pins: [] })),
       share: act((shared) => this.session.setShared(shared)),
-      select: act((letter) => this.session.select(letter)),
-    }, `vfw-${view}`);
+      instance: act((index) => this.session.setValues(this.session.word?.instances[index].axes ?? {})),
+      zoom: act((steps) => {
+        this.gestures.zoomStep(ZOOM ** steps);
+        changed();
+      }),
+      fit: act(() => this.drawing.fit()),
+    });
     this.family = html("div", { class: "vfw-family" });
-    this.line = html("div", { class: "vfw-status", role: "status", "aria-live": "polite" });
+    this.line = html("div", { class: "vfw-status", role: "status", "aria-live": "polite", tabindex: 0 });
+    this.better = html("button", { type: "button", class: "vfw-button vfw-better", hidden: true }, BETTER);
     this.root = html("div", { class: "vfwidget vfwidget-editor" },
-      html("div", { class: "vfw-stage" }, this.family, this.drawing.svg),
-      html("div", { class: "vfw-bar" }, this.line, this.controls.bar), this.controls.element);
+      html("div", { class: "vfw-stage" }, this.family, this.drawing.svg, this.toolbar.window),
+      html("div", { class: "vfw-bar" }, this.line, this.better, this.toolbar.element), this.controls.element);
+    this.root.addEventListener("keydown", this.guard((event) => this.shortcut(event)), { signal: this.ending.signal });
     for (const [name, value] of Object.entries({ tabindex: 0, role: "application", "data-lm-suppress-shortcuts": "true" })) {
       this.drawing.svg.setAttribute(name, String(value));
     }
+
+    // The picture that a saved notebook shows is hidden while there is a live view.
+    const snapshot = String(model.get("_snapshot") ?? "");
+    if (/^[0-9a-f]+$/.test(snapshot)) this.root.append(html("style", {}, `.vfw-snapshot-${snapshot} { display: none }`));
 
     /** @type {[string, (...values: any[]) => void][]} */
     this.listeners = [
@@ -119,13 +140,14 @@ export class Editor {
 
   /** @private */
   update() {
-    const { session, drawing, gestures, controls } = this;
+    const { session, drawing, gestures, controls, toolbar } = this;
     const fresh = session.pull(this.ahead), { word } = session;
     if (word === null) return;
     if (fresh) {
       gestures.forget();
       drawing.setWord(word, session.axes);
       controls.setWord(word);
+      toolbar.setWord(word);
       this.family.textContent = word.family;
       drawing.svg.setAttribute("aria-label", `${word.string} in ${word.family}. ${HINT} ${KEYS}`);
     }
@@ -133,10 +155,15 @@ export class Editor {
       this.drawn = session.version;
       drawing.draw(session.axes);
       const sets = Array.isArray(session.axes) ? session.axes : [session.axes];
-      controls.show({
-        values: session.values, shared: session.shared, selected: session.selected, pins: session.pins.length,
+      controls.show({ values: session.values, locks: session.locks, shared: session.shared, selected: session.selected });
+      toolbar.show({
+        shared: session.shared, pins: session.pins.length, steps: session.steps,
         moved: sets.some((values) => word.axes.some((axis) => values[axis.tag] !== axis.default)),
       });
+      this.root.setAttribute("data-theme", session.theme);
+      if (session.height === null) this.root.style.removeProperty("--vfw-height");
+      else this.root.style.setProperty("--vfw-height", `${session.height}px`);
+      this.root.toggleAttribute("data-height", session.height !== null);
       this.wait();
     }
     gestures.refresh();
@@ -173,11 +200,35 @@ export class Editor {
         : this.status;
     this.line.setAttribute("data-status", kind);
     const words = text || HINT;
-    if (this.line.textContent !== words) this.line.textContent = words;
+    if (this.line.textContent !== words) this.line.textContent = this.line.title = words;
+  }
+
+  /** Asks the model for a step of its history. @private @param {"undo" | "redo" | "restart"} type */
+  step(type) {
+    this.session.flush();
+    clearTimeout(this.catchUp);
+    this.catchUp = 0;
+    try {
+      this.model.send({ type });
+    } catch {
+      this.say("silent", UNSENT);
+    }
+  }
+
+  /** @private @param {KeyboardEvent} event */
+  shortcut(event) {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+    const key = event.key.toLowerCase(), redo = key === "y" || (key === "z" && event.shiftKey);
+    if (!redo && key !== "z") return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.say("idle", "");
+    this.step(redo ? "redo" : "undo");
   }
 
   /** @param {string} kind @param {string} text */
   say(kind, text) {
+    this.better.hidden = true;
     if (this.status.kind === kind && this.status.text === text) return;
     this.status = { kind, text };
     this.request();
@@ -205,14 +256,23 @@ export class Editor {
     this.gestures.judge(sent);
     this.request();
     // The view has said at once what it predicted; where the answer agrees, the words stay.
-    const kind = String(answer.status || "converged");
-    if (kind !== this.status.kind) this.say(kind, String(answer.message || ""));
+    if (answer.status && answer.status !== this.status.kind) this.say(String(answer.status), String(answer.message || ""));
+    if (answer.elsewhere) this.offer(answer.elsewhere);
+  }
+
+  /** Offers a place far away that is better than the one that a drag has reached. @private @param {any} axes */
+  offer(axes) {
+    this.better.hidden = false;
+    this.better.onclick = this.guard(() => {
+      this.say("idle", "");
+      this.session.write({ axes: conform(/** @type {any} */ (this.session.word), axes, this.session.shared, this.session.selected) });
+    });
   }
 
   /** @private @param {import("./channel.js").Message} sent @param {unknown} error why it could not be sent, if so */
   silence(sent, error) {
     // What the view has computed by itself stays, and goes to the kernel as any other change.
-    if (sent.phase === "up") this.session.write({ axes: this.session.axes });
+    if (sent.phase === "up") this.session.write({ axes: this.session.axes }, DRAG);
     this.say("silent", error ? UNSENT : BUSY);
   }
 

@@ -7,9 +7,12 @@ import { alike, complete, conform, decodeWord } from "../word/decode.js";
 /**
  * @typedef {import("../word/forward.js").Handle} Handle
  * @typedef {Record<string, number>} Values
- * @typedef {"_word" | "axes" | "shared" | "_pins" | "error"} Trait
+ * @typedef {"_word" | "axes" | "shared" | "_pins" | "locks" | "error" | "_steps" | "height" | "theme"} Trait
  */
-export const TRAITS = /** @type {const} */ (["_word", "axes", "shared", "_pins", "error"]);
+export const TRAITS = /** @type {const} */ (["_word", "axes", "shared", "_pins", "locks", "error", "_steps", "height", "theme"]);
+
+/** Milliseconds between two changes by the same control that still count as one gesture. */
+const PAUSE = 1000;
 
 export class Session {
   /** @param {any} model anywidget's @param {() => void} changed asks for a frame */
@@ -23,8 +26,17 @@ export class Session {
     this.shared = true;
     /** @type {Handle[]} */
     this.pins = [];
+    /** Tags of axes that drags leave as they are. @type {string[]} */
+    this.locks = [];
     this.error = "";
+    /** How many steps can be undone and redone. */
+    this.steps = [0, 0];
+    /** Pixels, or null for the usual height. @type {number | null} */
+    this.height = null;
+    this.theme = "auto";
     this.selected = 0;
+    /** Names the present gesture, so that undoing it is one step; and what made its last change, and when. */
+    this.gesture = { name: "", source: "", time: -Infinity };
     /** Counts changes of the picture. */
     this.version = 0;
     /** Traits to read again. @type {Set<Trait>} */
@@ -76,6 +88,16 @@ export class Session {
         this.pins = pins;
       });
     }
+    if (!("locks" in this.waiting)) {
+      this.read("locks", () => {
+        const locks = this.model.get("locks") ?? [];
+        if (!Array.isArray(locks)) throw new Error("the locks are not a list");
+        this.locks = locks.map(String);
+      });
+    }
+    this.read("_steps", () => (this.steps = [0, 1].map((i) => Number(this.model.get("_steps")?.[i]) || 0)));
+    this.read("height", () => (this.height = Number(this.model.get("height")) || null));
+    this.read("theme", () => (this.theme = String(this.model.get("theme") || "auto")));
     this.read("error", () => (this.error = String(this.model.get("error") || "")));
     return fresh;
   }
@@ -113,14 +135,32 @@ export class Session {
     this.changed();
   }
 
-  /** Shows a change at once and keeps it for `flush`. @param {{axes?: any, shared?: boolean, _pins?: Handle[]}} patch */
-  write(patch) {
-    Object.assign(this.waiting, patch);
+  /**
+   * Shows a change at once and keeps it for `flush`.
+   * @param {{axes?: any, shared?: boolean, _pins?: Handle[], locks?: string[]}} patch
+   * @param {string} [source] what makes the change; changes of one source in quick succession are one step of undo
+   */
+  write(patch, source = "") {
+    this.resume(source);
+    Object.assign(this.waiting, patch, { _gesture: this.gesture.name });
     if (patch.axes) this.axes = patch.axes;
     if (patch.shared !== undefined) this.shared = patch.shared;
     if (patch._pins) this.pins = patch._pins;
+    if (patch.locks) this.locks = patch.locks;
     this.version++;
     this.changed();
+  }
+
+  /** The changes that follow belong to the last gesture if that has the same source and is not long ago. @param {string} source */
+  resume(source) {
+    const now = performance.now(), { gesture } = this;
+    if (source === "" || source !== gesture.source || now - gesture.time > PAUSE) this.begin(source);
+    this.gesture.time = now;
+  }
+
+  /** The changes that follow are another step of undo. @param {string} [source] */
+  begin(source = "") {
+    this.gesture = { name: Math.random().toString(36).slice(2), source, time: performance.now() };
   }
 
   /** Gives the model what waits, all in one save. @returns {boolean} whether there was anything */
@@ -138,14 +178,14 @@ export class Session {
     return Array.isArray(this.axes) ? this.axes[this.selected] ?? {} : this.axes;
   }
 
-  /** @param {Values} changes axis values of the selected letter, or of all when they share them */
-  setValues(changes) {
+  /** @param {Values} changes axis values of the selected letter, or of all when they share them @param {string} [source] */
+  setValues(changes, source) {
     const { axes, selected } = this;
     this.write({
       axes: Array.isArray(axes)
         ? axes.map((values, i) => (i === selected ? { ...values, ...changes } : values))
         : { ...axes, ...changes },
-    });
+    }, source);
   }
 
   resetAll() {
@@ -157,6 +197,12 @@ export class Session {
   setShared(shared) {
     if (this.word === null || shared === this.shared) return;
     this.write({ shared, axes: conform(this.word, shared ? complete(this.word, this.values) : this.axes, shared, this.selected) });
+  }
+
+  /** Locks an axis, or unlocks it. @param {string} tag */
+  toggleLock(tag) {
+    const others = this.locks.filter((lock) => lock !== tag);
+    this.write({ locks: others.length < this.locks.length ? others : [...others, tag] });
   }
 
   /** @param {number} letter */

@@ -7,6 +7,9 @@ import { Layout } from "../word/forward.js";
 
 /** @typedef {{x: number, y: number, width: number, height: number}} Box  font units, y down as SVG has it */
 
+/** The window is at most this many times smaller, or larger, than one that fits the word. */
+const MOST = 40;
+
 const round = (/** @type {number} */ v) => Math.round(v * 10) / 10;
 
 /** Path data of a laid-out letter relative to its origin, y down. @param {Layout} layout @param {number} letter */
@@ -48,6 +51,8 @@ export class Drawing {
     /** @type {Box} */
     this.window = { x: 0, y: -1000, width: 1000, height: 1000 };
     this.animation = 0;
+    /** Whether the window was chosen by hand, and so does not fit itself to the word. */
+    this.chosen = false;
     /** Called while the window moves. @type {() => void} */
     this.onmove = () => {};
   }
@@ -57,6 +62,7 @@ export class Drawing {
     this.layout = new Layout(word).evaluate(axes);
     this.letters.replaceChildren(...word.order.map((_, i) =>
       svg("path", { class: "vfw-letter", "data-letter": i, "fill-rule": "nonzero" })));
+    this.chosen = false;
     this.show(windowFor(this.layout));
   }
 
@@ -95,23 +101,57 @@ export class Drawing {
   }
 
   /** Pixels a font unit would take in a window. @private @param {Box} box */
-  zoom(box) {
+  scale(box) {
     const { width, height } = this.svg.getBoundingClientRect();
     return Math.min(width / box.width, height / box.height);
   }
 
-  /** Does the word leave the picture, sit far from its middle, or look lost in it? */
+  /** The part of the plane that is shown: the window, extended to the shape of the element. @private @returns {Box} */
+  get visible() {
+    const { x, y, width, height } = this.window, scale = this.scale(this.window);
+    if (!(scale > 0)) return this.window; // not on the page
+    const rect = this.svg.getBoundingClientRect(), w = rect.width / scale, h = rect.height / scale;
+    return { x: x - (w - width) / 2, y: y - (h - height) / 2, width: w, height: h };
+  }
+
+  /** Shows things larger by a factor; a place in word coordinates stays where it is. @param {number} factor @param {[number, number]} place */
+  zoom(factor, [x, y]) {
+    if (this.layout === null || !Number.isFinite(x + y)) return;
+    const from = this.visible, least = windowFor(this.layout).width / MOST, most = windowFor(this.layout).width * MOST;
+    const part = Math.min(most, Math.max(least, from.width / factor)) / from.width;
+    this.hold();
+    this.show({
+      x: x - part * (x - from.x), y: -y - part * (-y - from.y), width: part * from.width, height: part * from.height,
+    });
+  }
+
+  /** Moves the picture by so many pixels, to the right and down. @param {number} dx @param {number} dy */
+  pan(dx, dy) {
+    const { x, y, width, height } = this.visible, { pixel } = this;
+    this.hold();
+    this.show({ x: x - dx * pixel, y: y - dy * pixel, width, height });
+  }
+
+  /** Makes room when a drag moves the word out of the picture; what is under the pointer stays there. @param {[number, number]} place */
+  follow([x, y]) {
+    if (this.layout === null || this.chosen) return;
+    const { x: left, y: top, width, height } = this.visible, [l, b, r, t] = this.layout.box();
+    const room = [x - left, left + width - x, y + top + height, -top - y], wanted = [x - l, r - x, y - b, t - y];
+    // A pointer that has left the picture leaves no room to zoom about it.
+    if (room.some((v, i) => !(v > width / 50) && wanted[i] > v)) return;
+    const most = Math.max(...wanted.map((v, i) => v / Math.max(room[i], 1e-9)));
+    if (most > 0.98) this.zoom(0.96 / most, [x, y]);
+  }
+
+  /** Does the word leave the picture, sit far from its middle, or look lost in it? A window that was chosen by hand always fits. */
   get fits() {
-    if (this.layout === null) return true;
-    const now = this.zoom(this.window);
+    if (this.layout === null || this.chosen) return true;
+    const now = this.scale(this.window);
     if (!(now > 0)) return true; // not on the page
-    const { width, height } = this.svg.getBoundingClientRect(), shown = this.window;
-    const [left, bottom, right, top] = this.layout.box(), wanted = windowFor(this.layout);
-    const middle = shown.x + shown.width / 2, level = shown.y + shown.height / 2;
-    const inside = left >= middle - width / now / 2 && right <= middle + width / now / 2 &&
-      -top >= level - height / now / 2 && -bottom <= level + height / now / 2;
-    const shift = Math.abs(wanted.x + wanted.width / 2 - middle) * now;
-    return inside && shift < 0.15 * width && this.zoom(wanted) < 1.35 * now;
+    const shown = this.visible, wanted = windowFor(this.layout), [left, bottom, right, top] = this.layout.box();
+    const inside = left >= shown.x && right <= shown.x + shown.width && -top >= shown.y && -bottom <= shown.y + shown.height;
+    const shift = Math.abs(wanted.x + wanted.width / 2 - shown.x - shown.width / 2);
+    return inside && shift < 0.15 * shown.width && this.scale(wanted) < 1.35 * now;
   }
 
   /** Moves the window to where the word is now, gently unless less motion is asked for. */
@@ -120,7 +160,11 @@ export class Drawing {
     const from = this.window, to = windowFor(this.layout), began = performance.now();
     const still = globalThis.matchMedia?.("(prefers-reduced-motion: reduce)").matches;
     this.hold();
-    if (still) return this.show(to);
+    this.chosen = false;
+    if (still) {
+      this.show(to);
+      return this.onmove();
+    }
     const step = (/** @type {number} */ now) => {
       const part = Math.min(1, Math.max(0, (now - began) / 240)), ease = 1 - (1 - part) ** 3;
       const mix = (/** @type {keyof Box} */ key) => from[key] + ease * (to[key] - from[key]);

@@ -11,7 +11,7 @@ import { compile } from "./forward.js";
  *   regions: number[], advance: {default: number, regions: number[], deltas: number[]}}} Glyph
  *   `starts`: a contour's first point; region scalars times deltas move points and advance
  * @typedef {{family: string, string: string, unitsPerEm: number, ascender: number, descender: number,
- *   axes: Axis[], regions: import("./forward.js").Regions, glyphs: Glyph[], order: number[],
+ *   instances: {name: string, axes: Record<string, number>}[], axes: Axis[], regions: import("./forward.js").Regions, glyphs: Glyph[], order: number[],
  *   offsets: [number, number][]}} Word
  */
 
@@ -116,6 +116,8 @@ export function decodeWord(raw) {
     ascender: finite(raw.ascender) ? raw.ascender : 0.8 * unitsPerEm,
     descender: finite(raw.descender) ? raw.descender : -0.2 * unitsPerEm,
     axes,
+    instances: list(raw.instances ?? [], "instances").map((instance) => (
+      { name: String(instance?.name), axes: complete({ axes }, instance?.axes) })),
     regions: compile(data, count, axes.length),
     glyphs,
     order,
@@ -146,7 +148,7 @@ export function conform(word, axes, shared, selected) {
   return word.order.map((_, i) => complete(word, Array.isArray(axes) ? axes[i] : axes));
 }
 
-/** @param {Word} word @param {any} values @returns {Record<string, number>} */
+/** @param {Pick<Word, "axes">} word @param {any} values @returns {Record<string, number>} */
 export function complete(word, values = {}) {
   check(values !== null && typeof values === "object", "axes are neither an object nor a list of objects");
   /** @type {Record<string, number>} */

@@ -5,6 +5,7 @@ import { rawWord } from "../oil.js";
 
 class Model {
   saves = [];
+  gestures = [];
   set_ = {};
   constructor(state) {
     this.state = state;
@@ -16,7 +17,9 @@ class Model {
     this.state[name] = this.set_[name] = value;
   }
   save_changes() {
-    this.saves.push(this.set_);
+    const { _gesture: gesture, ...saved } = this.set_;
+    this.gestures.push(gesture);
+    this.saves.push(saved);
     this.set_ = {};
   }
 }
@@ -132,4 +135,35 @@ test("a word sent again without a change is no event", () => {
   other.glyphs[0].points.setFloat32(0, 551, true);
   kernel({ _word: other });
   assert.equal(session.pull(false), true);
+});
+
+test("changes by one control in quick succession are one gesture", () => {
+  const { model, session } = setUp();
+  const save = (...change) => {
+    session.setValues(...change);
+    session.flush();
+  };
+  save({ wght: 510 }, "wght");
+  save({ wght: 520 }, "wght");
+  save({ wdth: 90 }, "wdth");
+  session.begin("wdth");
+  save({ wdth: 91 }, "wdth");
+  session.resetAll();
+  session.flush();
+  const [a, b, c, d, e] = model.gestures;
+  assert.equal(a, b);
+  assert.equal(new Set([a, c, d, e]).size, 4);
+});
+
+test("locks, the history and the looks are read, and nonsense is named", () => {
+  const { session, kernel } = setUp({ locks: ["wght"], _steps: [3, 1], height: 200, theme: "dark" });
+  assert.deepEqual([session.locks, session.steps, session.height, session.theme], [["wght"], [3, 1], 200, "dark"]);
+  session.toggleLock("wdth");
+  session.toggleLock("wght");
+  assert.deepEqual(session.locks, ["wdth"]);
+  session.flush();
+  kernel({ locks: 3, _steps: "x", height: "tall" });
+  session.pull(false);
+  assert.deepEqual([session.locks, session.steps, session.height], [["wdth"], [0, 0], null]);
+  assert.match(session.problems.get("locks"), /not a list/);
 });

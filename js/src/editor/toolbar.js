@@ -1,0 +1,70 @@
+/** The buttons of an editor: history, the whole word, and the window. */
+import { html, icon } from "../view/dom.js";
+
+/**
+ * @typedef {object} Actions
+ * @property {() => void} undo
+ * @property {() => void} redo
+ * @property {() => void} restart
+ * @property {() => void} resetAll
+ * @property {() => void} unpinAll
+ * @property {(shared: boolean) => void} share
+ * @property {(instance: number) => void} instance
+ * @property {(factor: number) => void} zoom
+ * @property {() => void} fit
+ */
+
+const ICONS = {
+  undo: "M6 3 2.8 6.2 6 9.4M3 6.2h6.2a3.6 3.6 0 0 1 0 7.2H6", redo: "m10 3 3.2 3.2L10 9.4M13 6.2H6.8a3.6 3.6 0 0 0 0 7.2H10",
+  closer: "M8 3.5v9M3.5 8h9", farther: "M3.5 8h9", fit: "M3 6V3h3M10 3h3v3M13 10v3h-3M6 13H3v-3",
+};
+
+export class Toolbar {
+  /** @param {Actions} actions */
+  constructor(actions) {
+    const button = (/** @type {string} */ name, /** @type {string} */ text, /** @type {() => void} */ onclick) =>
+      html("button", { type: "button", class: `vfw-button ${name}`, onclick }, text);
+    const picture = (/** @type {keyof typeof ICONS} */ name, /** @type {string} */ label, /** @type {() => void} */ onclick) =>
+      html("button", { type: "button", class: `vfw-tool vfw-${name}`, "aria-label": label, title: label, onclick }, icon(ICONS[name]));
+    this.undo = picture("undo", "Undo (Ctrl+Z)", actions.undo);
+    this.redo = picture("redo", "Redo (Ctrl+Shift+Z)", actions.redo);
+    this.restart = button("vfw-restart", "Back to start", actions.restart);
+    this.unpin = button("vfw-unpin-all", "Unpin all", actions.unpinAll);
+    this.reset = button("vfw-reset-all", "Reset to default", actions.resetAll);
+    this.instances = html("select", {
+      class: "vfw-instances", "aria-label": "Named instance", "data-lm-suppress-shortcuts": "true",
+      onchange: () => {
+        if (this.instances.value !== "") actions.instance(Number(this.instances.value));
+        this.instances.value = "";
+      },
+    });
+    this.perLetter = html("input", {
+      type: "checkbox", class: "vfw-per-letter", onchange: () => actions.share(!this.perLetter.checked),
+    });
+    this.element = html("div", { class: "vfw-actions" },
+      html("label", { class: "vfw-switch" }, this.perLetter, html("span", {}, "Separate axes for each letter")),
+      this.instances, this.unpin, this.reset, this.restart, html("span", { class: "vfw-group" }, this.undo, this.redo));
+    this.window = html("div", { class: "vfw-window", role: "group", "aria-label": "Zoom" },
+      picture("farther", "Zoom out (−)", () => actions.zoom(-1)), picture("closer", "Zoom in (+)", () => actions.zoom(1)),
+      picture("fit", "Show the whole word (0)", actions.fit));
+  }
+
+  /** @param {import("../word/decode.js").Word} word */
+  setWord({ instances }) {
+    this.instances.hidden = instances.length === 0;
+    this.instances.replaceChildren(html("option", { value: "" }, "Named instances"),
+      ...instances.map(({ name }, i) => html("option", { value: i }, name)));
+  }
+
+  /** @param {{shared: boolean, pins: number, moved: boolean, steps: number[]}} state */
+  show({ shared, pins, moved, steps }) {
+    this.perLetter.checked = !shared;
+    this.unpin.disabled = pins === 0;
+    this.unpin.textContent = pins > 0 ? `Unpin all (${pins})` : "Unpin all";
+    this.reset.disabled = !moved;
+    // A button that is disabled loses the focus, and the keys for undo and redo with it.
+    for (const [tool, count] of [[this.undo, steps[0]], [this.restart, steps[0]], [this.redo, steps[1]]]) {
+      /** @type {HTMLElement} */ (tool).setAttribute("aria-disabled", String(count === 0));
+    }
+  }
+}

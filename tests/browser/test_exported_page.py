@@ -1,0 +1,304 @@
+"""An exported page in Chromium, without a kernel and without a network."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import vfwidget as vf
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
+
+AXE = Path(__file__).parents[2] / "js" / "node_modules" / "axe-core" / "axe.min.js"
+
+
+class Page:
+    """What a person does with the editor on a page, and sees of it."""
+
+    def __init__(self, page: Any, editor: vf.Editor) -> None:
+        self.page = page
+        self.root = page.locator(".vfwidget-editor")
+        self.text = editor.text
+
+    def client(self, point: list[float]) -> list[float]:
+        """Font units to pixels."""
+        found = self.root.evaluate(
+            "(root, p) => { const c = root.__vfw.toClient(...p); return [c.x, c.y] }", point
+        )
+        return list(found)
+
+    def drag(self, start: list[float], by: tuple[float, float], *, up: bool = True) -> None:
+        """Drag from a place in font units, by pixels."""
+        x, y = self.client(start)
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+        self.page.mouse.move(x + by[0], y + by[1], steps=8)
+        self.wait()
+        if up:
+            self.page.mouse.up()
+            self.wait(600)
+
+    def wait(self, milliseconds: int = 100) -> None:
+        self.page.wait_for_timeout(milliseconds)
+
+    @property
+    def axes(self) -> dict[str, float]:
+        inputs = self.root.locator("input[type=range]")
+        pairs = inputs.evaluate_all("all => all.map(i => [i.dataset.tag, i.valueAsNumber])")
+        return dict(pairs)
+
+    def middle(self, selector: str) -> list[float]:
+        box = self.root.locator(selector).first.bounding_box()
+        return [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
+
+
+@pytest.fixture
+def show(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Page]]:
+    """Open an editor as a page; nothing may be requested, and nothing may go wrong on it."""
+    troubles: list[str] = []
+    contexts = []
+
+    def open_page(editor: vf.Editor, width: int = 900, **options: Any) -> Page:
+        editor.to_html(tmp_path / "page.html")
+        size = {"width": width, "height": 800}
+        context = browser.new_context(viewport=size, offline=True, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: troubles.append(message.text))
+        page.on("pageerror", lambda error: troubles.append(str(error)))
+        page.on("request", lambda r: r.is_navigation_request() or troubles.append(r.url))
+        page.goto((tmp_path / "page.html").as_uri())
+        page.wait_for_selector(".vfw-letter[d]", state="attached")
+        return Page(page, editor)
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert troubles == []
+
+
+def hand(**options: Any) -> vf.Editor:
+    return vf.Editor("recursive", "hand", axes={"wght": 600, "CASL": 0.5}, **options)
+
+
+def shoulder(page: Page) -> list[float]:
+    text = page.text
+    return [float(v) for v in text.position(text.nearest(100, 700))]
+
+
+def test_a_drag_ends_where_python_solves_it(show: Any) -> None:
+    page = show(hand())
+    start = shoulder(page)
+    page.drag(start, (30, 0))
+    pixel = page.client([1, 0])[0] - page.client([0, 0])[0]
+    text = page.text
+    handle = text.nearest(100, 700)
+    # The view may have moved since, so the goal is computed from where the handle was drawn.
+    reached = text.at(axes=page.axes).position(handle).tolist()
+    goal = [start[0] + 30 / pixel, start[1]]
+    assert reached == pytest.approx(goal, abs=2 / pixel)
+    once = vf.solve(text, [vf.Target(handle, reached), vf.StayClose(1.0)], restarts=0).axes
+    for axis in text.font.axes:
+        assert abs(page.axes[axis.tag] - once[axis.tag]) < 0.01 * (axis.maximum - axis.minimum)
+
+
+def test_undo_and_redo_take_one_step_for_each_gesture(show: Any) -> None:
+    page = show(hand())
+    start = page.axes
+    page.drag(shoulder(page), (30, 0))
+    dragged = page.axes
+    slider = page.root.locator("input[type=range][data-tag=wght]")
+    slider.focus()
+    for _ in range(4):
+        slider.press("ArrowRight")
+    page.wait()
+    moved = page.axes
+    assert len({tuple(axes.values()) for axes in (start, dragged, moved)}) == 3
+    page.page.keyboard.press("Control+z")
+    page.wait()
+    assert page.axes == dragged
+    page.root.locator(".vfw-undo").click()
+    page.wait()
+    assert page.axes == start
+    assert page.root.locator(".vfw-undo").is_disabled()
+    page.page.keyboard.press("Control+Shift+Z")
+    page.root.locator(".vfw-redo").click()
+    page.wait()
+    assert page.axes == moved
+    page.root.locator(".vfw-restart").click()
+    page.wait()
+    assert page.axes == start
+    page.root.locator(".vfw-undo").click()
+    page.wait()
+    assert page.axes == moved
+
+
+def test_escape_takes_a_drag_back_and_leaves_no_step(show: Any) -> None:
+    page = show(hand())
+    start = page.axes
+    page.drag(shoulder(page), (30, 0), up=False)
+    assert page.axes != start
+    page.page.keyboard.press("Escape")
+    page.page.mouse.up()
+    page.wait(400)
+    assert page.axes == start
+    assert page.root.locator(".vfw-undo").is_disabled()
+
+
+def test_locked_axes_stay_in_a_drag(show: Any) -> None:
+    page = show(hand(locks=["CASL"]))
+    page.root.locator("[data-lock=wght]").click()
+    start = page.axes
+    page.drag(shoulder(page), (30, -4))
+    found = page.axes
+    assert found != start
+    assert (found["wght"], found["CASL"]) == (start["wght"], start["CASL"])
+    assert page.root.locator("[data-lock=CASL]").get_attribute("aria-pressed") == "true"
+
+
+def test_shift_drags_slowly(show: Any) -> None:
+    page = show(hand())
+    start = shoulder(page)
+    page.page.keyboard.down("Shift")
+    x, y = page.client(start)
+    page.drag(start, (50, 0), up=False)
+    page.page.keyboard.up("Shift")
+    handle = page.middle(".vfw-handle")
+    assert handle == pytest.approx([x + 10, y], abs=1.5)
+
+
+def test_zoom_keeps_what_is_under_the_pointer_and_fit_brings_the_word_back(show: Any) -> None:
+    page = show(hand())
+    place = shoulder(page)
+    x, y = page.client(place)
+    page.page.mouse.move(x, y)
+    page.page.keyboard.down("Control")
+    page.page.mouse.wheel(0, -120)
+    page.page.keyboard.up("Control")
+    page.wait(700)
+    scale = page.client([1, 0])[0] - page.client([0, 0])[0]
+    assert page.client(place) == pytest.approx([x, y], abs=0.5)
+    page.root.locator(".vfw-fit").click()
+    page.wait(500)
+    assert page.client([1, 0])[0] - page.client([0, 0])[0] < scale
+    # A wheel without Ctrl scrolls the page and leaves the picture alone.
+    before = page.client(place)
+    page.page.mouse.wheel(0, 40)
+    page.wait()
+    scrolled = page.page.evaluate("() => scrollY")
+    assert page.client(place) == pytest.approx([before[0], before[1] - scrolled], abs=0.5)
+
+
+def test_empty_picture_is_panned_and_the_word_is_not_changed(show: Any) -> None:
+    page = show(hand())
+    box = page.root.locator(".vfw-svg").bounding_box()
+    start, before = page.axes, page.client([0, 0])
+    page.page.mouse.move(box["x"] + 30, box["y"] + box["height"] - 20)
+    page.page.mouse.down()
+    page.page.mouse.move(box["x"] + 90, box["y"] + box["height"] - 50, steps=5)
+    page.page.mouse.up()
+    page.wait(700)
+    assert page.client([0, 0]) == pytest.approx([before[0] + 60, before[1] - 30], abs=0.5)
+    assert page.axes == start
+
+
+def test_a_word_that_grows_stays_in_the_picture_and_the_held_point_at_the_pointer(
+    show: Any,
+) -> None:
+    page = show(vf.Editor("roboto-flex", "mmmmm"))
+    text = page.text
+    start = [float(v) for v in text.position(text.nearest(5500, 500))]
+    x, y = page.client(start)
+    page.drag(start, (250, 0), up=False)
+    last = page.root.locator("path.vfw-letter").last.bounding_box()
+    box = page.root.locator(".vfw-svg").bounding_box()
+    assert last["x"] + last["width"] <= box["x"] + box["width"] + 1
+    if page.root.locator(".vfw-status").get_attribute("data-status") == "converged":
+        assert page.middle(".vfw-handle") == pytest.approx([x + 250, y], abs=1.5)
+
+
+def test_the_keyboard_does_everything(show: Any) -> None:
+    page = show(hand())
+    keys = page.page.keyboard
+    page.root.locator(".vfw-svg").focus()
+    start = page.axes
+    keys.press("PageDown")
+    for _ in range(5):
+        keys.press("Shift+ArrowUp")
+    page.wait(500)
+    assert page.axes != start
+    keys.press("Enter")
+    page.wait()
+    assert page.root.locator(".vfw-pin").count() == 1
+    keys.press("+")
+    keys.press("0")
+    keys.press("Control+z")
+    page.wait()
+    assert page.root.locator(".vfw-pin").count() == 0
+    keys.press("Control+z")
+    page.wait()
+    assert page.axes == start
+
+
+def test_the_status_line_keeps_its_height(show: Any) -> None:
+    page = show(vf.Editor("roboto-flex", "no"), width=420)
+    line = page.root.locator(".vfw-status")
+    before = line.bounding_box()["height"]
+    text = page.text
+    page.drag([float(v) for v in text.position(text.nearest(1500, 1080))], (-30, -200), up=False)
+    assert "cannot reach" in line.inner_text()
+    assert line.bounding_box()["height"] == before
+
+
+def test_a_swipe_scrolls_the_page_and_a_touch_of_the_outline_drags(show: Any) -> None:
+    page = show(hand(), width=400, has_touch=True, is_mobile=True)
+    session = page.page.context.new_cdp_session(page.page)
+
+    def swipe(x: float, y: float, dx: float, dy: float) -> None:
+        def send(kind: str, points: list[Any]) -> None:
+            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        send("touchStart", [{"x": x, "y": y}])
+        for i in range(1, 9):
+            send("touchMove", [{"x": x + dx * i / 8, "y": y + dy * i / 8}])
+            page.wait(20)
+        send("touchEnd", [])
+        page.wait(600)
+
+    page.page.evaluate("() => document.body.style.paddingBottom = '1500px'")
+    box = page.root.locator(".vfw-svg").bounding_box()
+    start = page.axes
+    swipe(box["x"] + 8, box["y"] + box["height"] - 6, 0, -120)
+    assert page.page.evaluate("() => scrollY") > 40
+    assert page.axes == start
+    page.page.evaluate("() => scrollTo(0, 0)")
+    page.wait(300)
+    x, y = page.client(shoulder(page))
+    swipe(x, y, 14, 0)
+    assert page.page.evaluate("() => scrollY") == 0
+    assert page.axes != start
+
+
+@pytest.mark.parametrize("width", [400, 900])
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_no_violation(show: Any, theme: str, width: int) -> None:
+    page = show(hand(theme=theme, height=200, locks=["wght"]), width=width)
+    page.drag(shoulder(page), (30, 0))
+    page.page.evaluate(AXE.read_text(encoding="utf-8"))
+    found = page.page.evaluate("() => axe.run('.vfwidget-editor').then(r => r.violations)")
+    assert [(v["id"], [n["html"] for n in v["nodes"]]) for v in found] == []
+    assert page.page.evaluate("() => document.documentElement.scrollWidth") <= width
+
+
+def test_less_motion_is_no_motion(show: Any) -> None:
+    page = show(hand(), reduced_motion="reduce")
+    page.root.locator(".vfw-closer").click()
+    before = page.client([0, 0])
+    page.root.locator(".vfw-fit").click()
+    assert page.client([0, 0]) != before
+    landed = page.client([0, 0])
+    page.wait(300)
+    assert page.client([0, 0]) == landed

@@ -1,0 +1,107 @@
+"""The state of an editor, which undo brings back: a text, its pins and its locks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from ..energy.handle_terms import Pin
+from ..errors import AxisError, SolveError
+from ..text import Handle, Text
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """What a person has made in an editor.
+
+    Attributes
+    ----------
+    text : Text
+    pins : tuple of Handle
+        Of this text.
+    locks : tuple of str
+        Tags of axes that drags leave as they are.
+    """
+
+    text: Text
+    pins: tuple[Handle, ...] = ()
+    locks: tuple[str, ...] = ()
+
+    def at(self, text: Text) -> State:
+        """The same pins and locks on another text; what has no meaning there is left out."""
+        same_letters = text.font is self.text.font and text.string == self.text.string
+        pins = [text.handle(*place(pin)) for pin in self.pins] if same_letters else []
+        tags = {axis.tag for axis in text.font.axes}
+        return State(text, tuple(pins), tuple(tag for tag in self.locks if tag in tags))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, State) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @property
+    def _key(self) -> Any:
+        text = self.text
+        theta = text.theta.numpy().tobytes()
+        return (
+            text.font,
+            text.string,
+            text.shared,
+            theta,
+            *map(tuple, self.pin_places),
+        ), self.locks
+
+    @property
+    def pin_places(self) -> list[list[float]]:
+        """The pins as the view writes them, ``[letter, contour, segment, t]`` each."""
+        return [place(pin) for pin in self.pins]
+
+
+def place(handle: Handle) -> list[Any]:
+    """A handle as JSON: ``[letter, contour, segment, t]``."""
+    return [handle.glyph, handle.contour, handle.segment, handle.t]
+
+
+def checked_pins(pins: Any, text: Text) -> tuple[Handle, ...]:
+    """Pins given as handles, as :class:`Pin` terms or as the view writes them.
+
+    Raises
+    ------
+    SolveError
+        They are not a list, or one of them is no point of the text.
+    """
+    if not isinstance(pins, list | tuple):
+        raise SolveError(f"pins must be a list of handles; received {pins!r}.")
+    handles = []
+    for pin in pins:
+        handle = pin.handle if isinstance(pin, Pin) else pin
+        if isinstance(handle, list | tuple):
+            if len(handle) != 4:
+                raise SolveError(f"A pin is [letter, contour, segment, t]; received {handle!r}.")
+            handle = text.handle(*handle)
+        if not isinstance(handle, Handle) or not text.owns(handle):
+            raise SolveError(f"{handle!r} is not a handle of this editor's text.")
+        handles.append(handle)
+    return tuple(handles)
+
+
+def checked_locks(locks: Any, text: Text) -> tuple[str, ...]:
+    """Tags of axes to lock.
+
+    Raises
+    ------
+    AxisError
+        They are not a list of tags of the font's axes.
+    """
+    tags = [axis.tag for axis in text.font.axes]
+    if isinstance(locks, str) or not isinstance(locks, Iterable):
+        raise AxisError(f"locks must be a list of axis tags; received {locks!r}.")
+    locks = tuple(dict.fromkeys(locks))
+    for tag in locks:
+        if tag not in tags:
+            raise AxisError(
+                f"The font has no axis {tag!r} to lock; its axes are {', '.join(tags)}."
+            )
+    return locks
