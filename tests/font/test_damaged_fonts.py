@@ -1,4 +1,4 @@
-"""One clear error for whatever a caller or a file may get wrong, and none but this package's."""
+"""Every invalid input raises one clear error of this package, and no other exception."""
 
 from __future__ import annotations
 
@@ -285,6 +285,18 @@ def test_components_that_multiply_are_refused():
     assert len(font.glyph("e").contours) == 4**4
     with pytest.raises(vf.FontError, match="are too many"):
         font.glyph("m")
+
+
+def test_a_glyph_whose_advance_cannot_be_read_has_no_text():
+    data = bytearray(fonts.build(*fonts.base_glyphs()))
+    table = fonts.open_font(bytes(data)).reader.tables["gvar"]
+    # The headers of all delta sets, after the header and the offsets of the table.
+    start, end = table.offset + 40, table.offset + table.length
+    data[start:end] = b"\xff" * (end - start)
+    font = vf.load_font(bytes(data))
+    for _ in range(2):
+        with pytest.raises(vf.FontError, match="The data of glyph 'a' are damaged"):
+            vf.Text(font, "aa")
 
 
 def test_a_component_anchored_to_a_missing_point_is_refused():

@@ -89,13 +89,9 @@ class Shaper:
         self._outlines = hb.Font(self._face)
         self._font = hb.Font(self._outlines)
         self._advance: Callable[[int], float] = lambda _: 0.0
+        self._failure: Exception | None = None
         functions = hb.FontFuncs()
-        functions.set_glyph_h_advance_func(
-            # A damaged cmap may name glyphs that do not exist.
-            lambda _font, glyph_id, _data: (
-                round(SCALE * self._advance(glyph_id)) if glyph_id < self._face.glyph_count else 0
-            )
-        )
+        functions.set_glyph_h_advance_func(self._tell_advance)
         self._font.funcs = functions
         self._lock = Lock()
 
@@ -147,6 +143,9 @@ class Shaper:
                     lines += [number] * len(buffer)
                     rtl += [run.rtl] * len(buffer)
                 start += len(line) + 1
+            failure, self._failure = self._failure, None
+        if failure is not None:
+            raise failure
         if not infos:
             raise TextError(f"The text {string!r} is empty: it has no visible character.")
         missing = sorted({string[info.cluster] for info in infos if info.codepoint == 0})
@@ -161,6 +160,16 @@ class Shaper:
             tuple(rtl),
             np.array([(p.x_advance, p.x_offset, p.y_offset) for p in positions]) / SCALE,
         )
+
+    def _tell_advance(self, _font: hb.Font, glyph_id: int, _data: object) -> int:
+        if glyph_id >= self._face.glyph_count:
+            return 0  # A damaged cmap names a glyph that does not exist.
+        try:
+            return round(SCALE * self._advance(glyph_id))
+        except Exception as error:
+            # HarfBuzz would print an exception and go on without this advance.
+            self._failure = error
+            return 0
 
     def _go_to(self, w: Array) -> None:
         coordinates = [float(x) for x in w]
