@@ -1,4 +1,4 @@
-"""Tiny variable fonts, each showing something of the format that few real fonts do.
+"""Tiny variable fonts, each of which uses a feature of the format that few real fonts use.
 
 ``CASES`` names functions that build one as the bytes of a font file.
 """

@@ -1,4 +1,4 @@
-"""Pictures of letters whose axes are known, what spoils pictures, and how far a match is off."""
+"""Pictures of letters with known axes, defects of pictures, and the error of a match."""
 
 from __future__ import annotations
 

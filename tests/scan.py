@@ -1,4 +1,4 @@
-"""Coverage by scanlines, as a referee: nonzero fill, exact along x, many lines a pixel.
+"""An independent rasteriser by scanlines: nonzero fill, exact along x, many lines per pixel.
 
 It shares nothing with :mod:`vfwidget.raster`: cubics are flattened to many chords, and every
 scanline's crossings are sorted and counted.

@@ -1,4 +1,4 @@
-"""The simulations among the benchmarks, small: what they measure, and that they run."""
+"""The simulations of the benchmarks, in small: they run, and they measure what they should."""
 
 from __future__ import annotations
 

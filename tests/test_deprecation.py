@@ -1,4 +1,4 @@
-"""Former names of keywords warn at the caller's line, and do as the present ones."""
+"""Former names of keywords still work, with a warning at the caller's line."""
 
 from __future__ import annotations
 

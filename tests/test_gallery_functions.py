@@ -1,4 +1,4 @@
-"""What the gallery makes of equations and of cells, without a browser."""
+"""How the gallery converts equations and cells, without a browser."""
 
 from __future__ import annotations
 

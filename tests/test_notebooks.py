@@ -1,4 +1,4 @@
-"""Every notebook runs from top to bottom, quietly and in time, and is committed without outputs."""
+"""Every notebook runs without messages and in time, and is committed without outputs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LONG = {
     "07-least-squares-in-axis-space",
     "11-raster-font-matching",
 }
-"""Ten seconds and more."""
+"""Notebooks that run for ten seconds or more."""
 SECONDS = 90
 NOWHERE = "http://127.0.0.1:9"
 ABSOLUTE_PATH = re.compile(r"""(?:^|[\s"'`(=])(?:/\w[\w.-]*/|~/|[A-Za-z]:\\|file:)""", re.MULTILINE)
@@ -41,18 +41,18 @@ def marked(path: Path) -> Any:
 
 @pytest.mark.timeout(SECONDS)
 @pytest.mark.parametrize("path", [marked(path) for path in NOTEBOOKS])
-def test_it_runs_without_a_word_on_stderr(path: Path, tmp_path: Path) -> None:
+def test_it_runs_without_messages_on_stderr(path: Path, tmp_path: Path) -> None:
     notebook = nbformat.read(path, as_version=nbformat.NO_CONVERT)
     environment = os.environ | {
-        # The package is imported from wherever the tests found it.
+        # Import the same copy of the package as the tests.
         "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
-        # A reader would see what is hidden by default in the libraries a notebook calls.
+        # Also show warnings that Python hides outside of __main__.
         "PYTHONWARNINGS": "default",
         "IPYTHONDIR": str(tmp_path),
         "http_proxy": NOWHERE,
         "https_proxy": NOWHERE,
     }
-    # Figures go into the notebook, whatever the tests draw with.
+    # The kernel chooses its own backend, which puts figures into the notebook.
     environment.pop("MPLBACKEND", None)
     client = NotebookClient(
         notebook,

@@ -1,4 +1,4 @@
-"""What is shipped, and what the files about shipping say of each other."""
+"""The content of the package, and the agreement of the files that describe it."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def pinned_version(name: str) -> str:
     return str(constraints()[name].specifier).removeprefix("==")
 
 
-# What the installed package carries
+# The installed package
 
 
 @pytest.mark.parametrize("name", FONTS)
@@ -116,7 +116,7 @@ def test_the_bundle_is_small_enough_to_be_stored_with_every_widget():
     assert 0 < len(bundle.read_bytes()) < MAX_BUNDLE_BYTES
 
 
-# What the files say of each other
+# Agreement of the files
 
 
 def test_the_newest_entry_of_the_changelog_is_the_version():
@@ -282,7 +282,7 @@ def test_the_javascript_tests_pass():
     assert not re.search(r"^\S+ tests 0$", done.stdout, re.MULTILINE), "found no tests in js/"
 
 
-# What is built
+# Builds
 
 
 @pytest.mark.slow

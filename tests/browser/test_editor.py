@@ -1,4 +1,4 @@
-"""The editor in real JupyterLab: drags, pins, sliders, errors, a slow kernel and a dead one."""
+"""The editor in a real JupyterLab: drags, pins, sliders, errors, and slow or dead kernels."""
 
 from __future__ import annotations
 

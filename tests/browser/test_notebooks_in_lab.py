@@ -1,4 +1,4 @@
-"""Notebooks in real JupyterLab: their sliders move letters, and what Python draws of them."""
+"""Notebooks in a real JupyterLab: their sliders move letters and redraw figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exported page: it says what the editor says, and text from a font is only ever text."""
+"""The exported page shows the state of the editor, and text from a font is never markup."""
 
 from __future__ import annotations
 

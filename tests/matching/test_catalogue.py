@@ -1,4 +1,4 @@
-"""One picture and many fonts: which it is, whoever computes it, and what becomes of the others."""
+"""One picture and many fonts: the ranking, the executors, and fonts that are not fitted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures as they come: every kind of array, image and file, and what is no picture of letters."""
+"""Every kind of array, image and file that is read, and every kind that is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Matching pictures: known places are found again, and what cannot be told is said to be so."""
+"""Matching finds known axes again, and reports what a picture does not determine."""
 
 from __future__ import annotations
 

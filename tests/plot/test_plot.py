@@ -1,4 +1,4 @@
-"""Figures: what the artists hold is what the library computes, and the figures can be read."""
+"""The figures show the numbers that the library computes, and they are readable."""
 
 from __future__ import annotations
 
