@@ -408,11 +408,11 @@ def test_a_text_that_is_no_string(font, string):
 @pytest.mark.parametrize(
     "axes, shared, message",
     [
-        ([{}, {}], True, "are one mapping, or 1 for this text"),
-        ([{}], False, "are one mapping, or 2 for this text"),
-        ("ab", False, "are one mapping, or 2 for this text"),
+        ([{}, {}], True, "are one mapping or instance, or 1 for this text"),
+        ([{}], False, "are one mapping or instance, or 2 for this text"),
+        ("ab", False, "has no instance 'ab'"),
         ([{}, None], False, "are a mapping of tag to number, not None"),
-        (700, True, "are one mapping, or 1 for this text"),
+        (700, True, "are one mapping or instance, or 1 for this text"),
     ],
 )
 def test_axes_that_fit_no_text(font, axes, shared, message):
@@ -454,5 +454,5 @@ def test_a_point_that_is_not_on_the_outline(text, where):
     "x, y", [(NAN, 0), (0, INF), ("a", 0), (None, 0), (0, [1, 2]), (10**400, 0)]
 )
 def test_nearest_to_what_is_no_point(text, x, y):
-    with pytest.raises(vf.GlyphError, match=r"The nearest point to .* cannot be asked for"):
+    with pytest.raises(vf.GlyphError, match=r"x and y must be finite numbers; received"):
         text.nearest(x, y)
