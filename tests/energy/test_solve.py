@@ -118,6 +118,34 @@ def test_an_axis_that_cannot_help_does_not_drift_when_a_restart_wins() -> None:
     assert found.axes["CRSV"] == text.axes["CRSV"]
 
 
+def test_a_restart_that_gains_nothing_worth_seeing_is_not_taken() -> None:
+    text = vf.Text("recursive", "n")
+    handle = text.nearest(250, 500)
+    x, y = text.position(handle).tolist()
+    found = vf.solve(text, vf.Target(handle, (x, y + 10)))
+    assert found.status == "unreachable"
+    assert found.axes["MONO"] == text.axes["MONO"]
+
+
+def test_a_restart_never_leaps_for_a_small_gain() -> None:
+    """A reported drag: weight 100 became 1000 on release, to miss 754.9 units for 770.4."""
+    rng = np.random.default_rng(17)
+    text = vf.Text("afacad-flux", "wavy")
+    em = text.font.units_per_em
+    outline = text.point_set()
+    for _ in range(12):
+        handle = random_handle(text, rng)
+        goal = text.position(handle).numpy() + rng.uniform(-0.25, 0.25, 2) * em
+        terms = [vf.Target(handle, goal), vf.StayClose((0.001 * em) ** 2)]
+        held, released = vf.solve(text, terms, restarts=0), vf.solve(text, terms)
+        places = [outline.positions(found.place) for found in (held, released)]
+        leap = np.hypot(*np.moveaxis(places[1] - places[0], -1, 0)).max()
+        assert leap <= 0.02 * em or released.misses[0] <= 0.5
+        if released.elsewhere is not None:
+            there = released.elsewhere.position(handle).numpy() - goal
+            assert np.hypot(*there) < released.misses[0] - 0.5
+
+
 @pytest.mark.parametrize("name", FONTS)
 def test_pins_hold_where_they_can(name: str) -> None:
     rng = np.random.default_rng(7)

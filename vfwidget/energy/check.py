@@ -10,18 +10,17 @@ from ..text import Text
 from .energy import Energy
 from .term import Term
 
-STEP = 1e-6
+STEP, BESIDE = 1e-6, 1e-5
 
 
 def check_derivative(term: Term, text: Text) -> float:
-    """Compare the derivative of a term with central differences of its residual.
+    """Compare the derivative of a term with differences of its residual.
 
     Parameters
     ----------
     term : Term
     text : Text
-        The place where the derivative is taken. Choose one away from kinks: at the default of
-        an axis, for example, the two sides differ and no derivative exists.
+        The derivative is taken beside its place, at a distance of 1e-5 in every unknown.
 
     Returns
     -------
@@ -37,16 +36,18 @@ def check_derivative(term: Term, text: Text) -> float:
     Examples
     --------
     >>> import vfwidget as vf
-    >>> text = vf.Text("recursive", "n", axes={"wght": 537, "slnt": -4, "CASL": 0.4, "MONO": 0.3})
+    >>> text = vf.Text("recursive", "n", axes={"wght": 537})
     >>> vf.check_derivative(vf.Distance(text.nearest(0, 0), text.nearest(500, 0), 300), text) < 1e-5
     True
     """
     if not isinstance(term, Term):
         raise SolveError(f"check_derivative(term, text) needs a Term; received {term!r:.80}.")
     energy = Energy(text, [term], free=tuple(text.blocks))
-    x = energy.unknowns.start
+    start = energy.unknowns.start
+    # Just beside the place, towards the inside: many axes have a kink right at their default.
+    x = start + np.where(start + BESIDE > energy.upper, -BESIDE, BESIDE)
     jacobian = energy.jacobian(x)
-    expected = np.stack([_difference(energy, x, i) for i in range(len(x))], -1)
+    expected = np.stack([_central_difference(energy, x, i) for i in range(len(x))], -1)
     if jacobian.shape != expected.shape:
         raise SolveError(
             f"The derivative of {term.kind} has {len(jacobian)} rows for {len(expected)} residuals."
@@ -55,12 +56,8 @@ def check_derivative(term: Term, text: Text) -> float:
     return float(abs(jacobian - expected).max(initial=0.0)) / scale
 
 
-def _difference(energy: Energy, x: Array, index: int) -> Array:
-    """The central difference by one unknown, (r,), one-sided at a bound."""
-    low, high = x.copy(), x.copy()
-    low[index] = max(x[index] - STEP, energy.lower[index])
-    high[index] = min(x[index] + STEP, energy.upper[index])
-    width = high[index] - low[index]
-    if width == 0:
-        return np.zeros(len(energy.residual(x)))
-    return np.asarray((energy.residual(high) - energy.residual(low)) / width)
+def _central_difference(energy: Energy, x: Array, index: int) -> Array:
+    """The derivative by one unknown, (r,)."""
+    step = np.zeros(len(x))
+    step[index] = STEP
+    return np.asarray((energy.residual(x + step) - energy.residual(x - step)) / (2 * STEP))

@@ -68,8 +68,8 @@ class Looks(Term):
     A picture and a pin:
 
     >>> import vfwidget as vf
-    >>> bold = vf.Text("recursive", "n", axes={"wght": 800})
     >>> text = vf.Text("recursive", "n")
+    >>> bold = text.at({"wght": 800})
     >>> foot = text.nearest(60, 0)
     >>> image = 1 - vf.rasterize(bold, (48, 48))
     >>> round(vf.solve(text, [vf.Looks(image), vf.Pin(foot, bold.position(foot))]).axes["wght"])

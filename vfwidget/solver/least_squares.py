@@ -142,7 +142,7 @@ def least_squares(
     --------
     >>> import numpy as np, vfwidget as vf
     >>> rosenbrock = lambda x: np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]])
-    >>> vf.least_squares(rosenbrock, [-1.2, 1.0], bounds=(-2, 0.8)).x.round(3)
+    >>> vf.least_squares(rosenbrock, [-1.2, 0.5], bounds=(-2, 0.8)).x.round(3)
     array([0.8 , 0.64])
     """
     start = to_array(x0)
