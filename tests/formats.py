@@ -14,7 +14,9 @@ from fontTools.fontBuilder import FontBuilder
 from fontTools.misc.psCharStrings import T2CharString
 from fontTools.pens.t2CharStringPen import T2CharStringPen
 from fontTools.ttLib import TTFont, newTable
+from fontTools.ttLib.tables import otTables
 from fontTools.ttLib.ttCollection import TTCollection
+from fontTools.varLib import builder as varLib_builder
 
 CONFORMANCE = Path(__file__).parents[1] / ".." / "shared" / "conformance"
 needs_conformance = pytest.mark.skipif(
@@ -239,6 +241,26 @@ def extended(data: bytes, edit: Callable[[TTFont], None] = lambda _: None) -> by
 
 def beyond_64k() -> bytes:
     return extended(fonts.nested_components())
+
+
+def avar_2(store: bool = True) -> bytes:
+    """Weight displaces width by -0.5, and takes the glyphs to a kink of width at the default."""
+
+    def add(builder: FontBuilder) -> None:
+        avar = builder.font["avar"] = newTable("avar")
+        avar.majorVersion, avar.segments = 2, {"wght": {}, "wdth": {}}
+        avar.table = otTables.avar()
+        avar.table.VarIdxMap = avar.table.VarStore = None
+        if store:
+            rows = varLib_builder.buildVarData([0], [[0], [-8192]], optimize=False)
+            regions = varLib_builder.buildVarRegionList([fonts.BOLD], ["wght", "wdth"])
+            avar.table.VarStore = varLib_builder.buildVarStore(regions, [rows])
+
+    glyphs, deltas = fonts.base_glyphs()
+    narrow = [(-30, 3), (-20, 0), (0, 9), (50, 0)]
+    deltas["a"] += [(fonts.WIDE, [(x, x) for x, _ in narrow] + fonts.STILL)]
+    deltas["a"] += [({"wdth": (-1, -1, 0)}, [*narrow, (0, 0), (-90, 0), (0, 0), (0, 0)])]
+    return fonts.build(glyphs, deltas, edit=add)
 
 
 def static_truetype() -> bytes:

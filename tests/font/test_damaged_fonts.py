@@ -19,8 +19,7 @@ import pytest
 import torch
 from fontTools.fontBuilder import FontBuilder
 from fontTools.pens.t2CharStringPen import T2CharStringPen
-from fontTools.ttLib import TTFont, newTable
-from fontTools.ttLib.tables import otTables
+from fontTools.ttLib import TTFont
 
 import vfwidget as vf
 from vfwidget.font.source import open_font
@@ -73,16 +72,6 @@ def postscript_font() -> bytes:
     return unpacked(font.font)
 
 
-def font_with_avar_2() -> bytes:
-    def add(font: FontBuilder) -> None:
-        avar = font.font["avar"] = newTable("avar")
-        avar.majorVersion, avar.segments = 2, {"wght": {}, "wdth": {}}
-        avar.table = otTables.avar()
-        avar.table.VarIdxMap = avar.table.VarStore = None
-
-    return fonts.build(*fonts.base_glyphs(), edit=add)
-
-
 def patched(tag: str, at: int, value: bytes) -> bytes:
     """A good font, but for a few bytes of one table."""
     data = bytearray(fonts.hvar_by_glyph_id())
@@ -109,7 +98,6 @@ SOURCES = {
     "some bytes": (b"\0\1\0\0 but no font", "Not a font file"),
     "text": (b"<!doctype html>", "Not a font file"),
     "a static font": (static_font, "This font is static.*Load a variable font instead"),
-    "avar of version 2": (font_with_avar_2, "avar table is of version 2, which is not supported"),
     "an axis out of order": (
         lambda: patched("fvar", FVAR_FIRST_AXIS + 4, struct.pack(">i", 500 << 16)),
         "Axis 'wght' has its default outside its range",

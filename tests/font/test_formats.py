@@ -17,6 +17,7 @@ from referee import HarfBuzz, check, locations
 import vfwidget as vf
 
 AVAR_2 = ("Amstelvar-avar2.subset.ttf", "RobotoDelta-Roman-VF-subset.ttf", "avar2checker.ttf")
+"""Held against HarfBuzz in test_avar.py, at final coordinates."""
 FORMATS = [
     path
     for path in sorted((formats.CONFORMANCE / "formats").glob("*.?tf"))

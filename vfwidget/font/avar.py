@@ -1,4 +1,6 @@
-"""Segment maps of the avar table, repaired as HarfBuzz does where they are invalid.
+"""The avar table: segment maps, and the displacement of coordinates that version 2 adds.
+
+Invalid segment maps are repaired as HarfBuzz does.
 
 OpenType, "avar" table.
 """
@@ -10,8 +12,14 @@ from collections.abc import Sequence
 import numpy as np
 from fontTools.ttLib import TTFont
 
-from ..errors import FontError, FontWarning, warn_caller
+from ..errors import FontWarning, warn_caller
+from ..outline.composed import Displaced
+from ..outline.variation import merge_regions
+from ..outline.varying import Affine
+from .varstore import VariationStore
 
+F2DOT14 = 16384
+"""The store holds displacements in units of 1/16384."""
 SegmentMap = tuple[tuple[float, float], ...]
 IDENTITY_MAP: SegmentMap = ((-1.0, -1.0), (0.0, 0.0), (1.0, 1.0))
 
@@ -26,12 +34,29 @@ def read_segment_maps(font: TTFont, tags: Sequence[str]) -> list[SegmentMap]:
     """
     if "avar" not in font:
         return [IDENTITY_MAP for _ in tags]
-    if font["avar"].majorVersion != 1:
-        raise FontError("This font's avar table is of version 2, which is not supported.")
     tables = font["avar"].table.AxisSegmentMap
     maps = [[(v.FromCoordinate, v.ToCoordinate) for v in t.AxisValueMap] for t in tables]
     maps += [[]] * (len(tags) - len(maps))
     return [_valid(tag, pairs) for tag, pairs in zip(tags, maps, strict=False)]
+
+
+def read_displacement(font: TTFont, axis_count: int) -> Displaced | None:
+    """The map of normalized coordinates to final ones that avar 2 adds to the segment maps.
+
+    None where the coordinates are final already.
+    """
+    table = font["avar"].table if "avar" in font else None
+    if table is None or getattr(table, "VarStore", None) is None:
+        return None
+    store = VariationStore(table.VarStore, axis_count, "avar")
+    index = table.VarIdxMap.mapping if table.VarIdxMap else range(axis_count)
+    # As in all such maps, the last entry serves the axes beyond the end.
+    rows = [store.row(index[min(axis, len(index) - 1)]) for axis in range(axis_count)]
+    support, places = merge_regions([part for _, part in rows])
+    deltas = np.zeros((axis_count, len(support)))
+    for axis, (row, _) in enumerate(rows):
+        np.add.at(deltas[axis], places[axis], row / F2DOT14)
+    return Displaced(Affine(np.zeros(axis_count), deltas, support))
 
 
 def _valid(tag: str, pairs: list[tuple[float, float]]) -> SegmentMap:

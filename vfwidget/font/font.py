@@ -16,6 +16,7 @@ from ..outline.coordinates import check_coordinates
 from ..outline.glyph import Glyph
 from . import axes as axis_maths
 from . import names
+from .avar import read_displacement
 from .axes import NamedInstance
 from .cache import GlyphCache
 from .metrics import read_positioning_regions
@@ -108,6 +109,7 @@ class Font:
                 "This font is static: it has no variation axes (no fvar table). "
                 "Load a variable font instead, or pass static=True."
             )
+        self._displacement = read_displacement(ttfont, len(self.axes))
         self._reader = GlyphReader(ttfont, len(self.axes))
         self.family_name: str = names.family_name(ttfont)
         self.units_per_em: int = ttfont["head"].unitsPerEm
@@ -203,6 +205,21 @@ class Font:
         """Least and greatest normalized coordinates that the axes reach, two (n,) arrays."""
         return axis_maths.bounds(self.axes)
 
+    def final_coordinates(self, w: ArrayLike) -> torch.Tensor:
+        """The coordinates (..., n) at which the font's regions apply; autograd passes.
+
+        They are ``w`` itself, except in a font whose ``avar`` table is of version 2, where an axis
+        may move others. Everything else in this package takes and gives ``w``, the coordinates
+        before that, because there each axis has its own bounds (OpenType, "avar" version 2).
+
+        Raises
+        ------
+        AxisError
+            ``w`` has the wrong length or holds NaN.
+        """
+        w = check_coordinates(w, len(self.axes))
+        return self._displacement.value(w) if self._displacement else w
+
     def glyph(self, key: str | int) -> Glyph:
         """A glyph as tensors, unpacked at the first call and then kept.
 
@@ -231,7 +248,8 @@ class Font:
 
     def _read_glyph(self, name: str) -> Glyph:
         try:
-            return self._reader.read(name)
+            glyph = self._reader.read(name)
+            return glyph.over(self._displacement) if self._displacement else glyph
         except FontError:
             raise
         except Exception as error:
@@ -290,7 +308,8 @@ class Font:
         self, string: str, w: Array, options: ShapingOptions, advance: Callable[[int], float]
     ) -> ShapedRow:
         """The glyphs of a string at w (n,), with their positions; see :meth:`Shaper.shape`."""
-        return self._shaper.shape(string, w, options, advance)
+        final = self._displacement.value(w) if self._displacement else w
+        return self._shaper.shape(string, final, options, advance)
 
     def settings(self, string: str, options: ShapingOptions) -> Settings:
         """The rows of glyphs that a string has over the design space; see :class:`Settings`."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..arrays import Array, ArrayLike, to_tensor
 from ..errors import GlyphError
+from .composed import Composed
 from .contours import Contours
 from .coordinates import check_coordinates
 from .cubics import x_extent
@@ -255,6 +256,13 @@ class Glyph:
         """The same outline with an advance of zero, for a mark that takes no room in a line."""
         twin = copy(self)
         twin.advance_width = constant(0.0, self.outline.axis_count)
+        return twin
+
+    def over(self, coordinates: Varying) -> Glyph:
+        """The glyph as a function of coordinates from which its own follow."""
+        twin = copy(self)
+        twin.outline = Composed(self.outline, coordinates)
+        twin.advance_width = Composed(self.advance_width, coordinates)
         return twin
 
     def _check(self, w: ArrayLike) -> torch.Tensor:

@@ -75,29 +75,32 @@ class Slots:
             values[i] = np.unique(sides[axis == i])
         return values
 
-    def _pieces(self, w: Any) -> tuple[Any, Any]:
+    def _pieces(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
         """φ and its slope for every slot: two (..., m, q) arrays."""
-        if type(w) is np.ndarray:
-            w = w.take(self.axis, -1)
-        else:
-            w = w[..., self.axis]
-        inside = (w > like(self._start, w)) & (w < like(self._end, w))
-        before = (w < like(self._peak, w))[..., None, :, :]
+        w = self._read(w)
+        look = w if toward is None else w - 2 * ON_KINK * (self._read(toward) < 0)
+        inside = (look > like(self._start, w)) & (look < like(self._end, w))
+        before = (look < like(self._peak, w))[..., None, :, :]
         lines = namespace(w).where(before, like(self._rising, w), like(self._falling, w))
         lines = lines * inside[..., None, :, :]
         height, slope = lines[..., 0, :, :], lines[..., 1, :, :]
         return height + slope * w, slope
 
+    def _read(self, w: Any) -> Any:
+        """The coordinate of each slot, (..., m, q)."""
+        return w.take(self.axis, -1) if type(w) is np.ndarray else w[..., self.axis]
+
     def scalars(self, w: Any) -> Any:
         """γ(w) of Eq. 2, (..., m), at normalized coordinates w (..., n); autograd passes."""
         return self._pieces(w)[0].prod(-1)
 
-    def scalars_and_slopes(self, w: Any) -> tuple[Any, Any]:
+    def scalars_and_slopes(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
         """γ(w), (..., m), and its derivative by the axis of each slot, (..., m, q).
 
-        By the product rule each is one slot's slope times the other slots' factors.
+        By the product rule each is one slot's slope times the other slots' factors. On a kink it
+        is the derivative to the right, or to the left where ``toward`` (..., n) is negative.
         """
-        phi, slope = self._pieces(w)
+        phi, slope = self._pieces(w, toward)
         if phi.shape[-1] == 1:
             return phi[..., 0], slope
         xp = namespace(w)
@@ -132,9 +135,9 @@ class Regions(Slots):
         self.breakpoints = self.kinks(n)
         """Sorted coordinates at which each axis has a kink, n arrays."""
 
-    def scalars_and_jacobian(self, w: Any) -> tuple[Any, Any]:
+    def scalars_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
         """γ(w), (..., m), and its closed-form derivative ∂γ/∂w, (..., m, n)."""
-        gamma, slopes = self.scalars_and_slopes(w)
+        gamma, slopes = self.scalars_and_slopes(w, toward)
         return gamma, (slopes[..., None, :] @ like(self.one_hot, w))[..., 0, :]
 
     def of_letters(self, letters: IntArray, regions: IntArray) -> Slots:

@@ -56,10 +56,11 @@ class Varying(ABC):
         """The quantity at w, (..., *shape)."""
 
     @abstractmethod
-    def value_and_jacobian(self, w: Any) -> tuple[Any, Any]:
+    def value_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
         """The quantity at w, and its derivative by the coordinates, (..., *shape, n).
 
-        At a breakpoint it is the derivative to the right; at w = 1 it is the one to the left.
+        At a breakpoint it is the derivative to the right, or to the left for the coordinates
+        whose entry of ``toward`` (..., n) is negative; at w = 1 it is the one to the left.
         """
 
 
@@ -134,10 +135,10 @@ class Affine(Varying):
         base, deltas = self._parts(w)
         return base + _contract(deltas, self.regions.scalars(w))
 
-    def value_and_jacobian(self, w: Any) -> tuple[Any, Any]:
+    def value_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
         """See :meth:`Varying.value_and_jacobian`."""
         base, deltas = self._parts(w)
-        gamma, slopes = self.regions.scalars_and_jacobian(w)
+        gamma, slopes = self.regions.scalars_and_jacobian(w, toward)
         flat = _rows(deltas) @ slopes
         jacobian = flat.reshape((*flat.shape[:-2], *self.shape, flat.shape[-1]))
         return base + _contract(deltas, gamma), jacobian
