@@ -126,8 +126,8 @@ def brute_force(
         kinks=text.breakpoints,
         scale="none",
         max_iterations=30,
-        gain_tolerance=1e-3,
-        zero=1e-3,
+        absolute_cost_tolerance=1e-3,
+        cost_floor=1e-3,
     )
     return np.sqrt(found.cost).reshape(-1, REFINED).min(1)
 

@@ -118,11 +118,22 @@ def test_a_variable_without_effect_stays_where_it_is() -> None:
     assert found.x[1] == 0.123
 
 
+def growing():
+    """A residual with one value more at each call."""
+    values = [1.0]
+
+    def residual(x):
+        values.append(1.0)
+        return np.array(values) * x[0]
+
+    return residual
+
+
 @pytest.mark.parametrize(
     ("call", "says"),
     [
         (lambda: vf.least_squares(lambda x: x * np.nan, [1.0]), "finite"),
-        (lambda: vf.least_squares(lambda x: x / 0, [np.nan]), "start"),
+        (lambda: vf.least_squares(lambda x: x / 0, [np.nan]), "x0 lies outside"),
         (lambda: vf.least_squares(lambda x: x, [2.0], bounds=(0, 1)), "outside the bounds"),
         (lambda: vf.least_squares(lambda x: x, [0.0], bounds=(1, -1)), "above its upper"),
         (lambda: vf.least_squares(lambda x: x, [0.0], bounds=([0, 1], [2, 2])), "do not fit"),
@@ -132,6 +143,26 @@ def test_a_variable_without_effect_stays_where_it_is() -> None:
         (lambda: vf.least_squares(lambda x: x, [1.0], jacobian=lambda x: x * np.nan), "Jacobian"),
         (lambda: vf.least_squares(lambda x: x, [1.0], scale="rows"), "columns"),
         (lambda: vf.least_squares(lambda x: x, [1.0], kinks=[[], []]), "kinks"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], max_iterations=-5), "max_iterations.*-5"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], max_iterations=2.5), "max_iterations.*2.5"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], max_iterations=np.nan), "max_iterations"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], max_iterations=None), "max_iterations.*None"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], step_tolerance=np.nan), "step_tol.*nan"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], gradient_tolerance=-1), "gradient_tolerance"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], relative_cost_tolerance="1"), "relative"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], cost_floor=np.inf), "cost_floor.*inf"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], loss_scale=0), "loss_scale"),
+        (lambda: vf.least_squares(lambda x: x, [1j]), "x0 must be real"),
+        (lambda: vf.least_squares(lambda x: x, torch.tensor([1j])), "x0 must be real"),
+        (lambda: vf.least_squares(lambda x: x * 1j, [1.0]), r"residual\(x\) must be real"),
+        (lambda: vf.least_squares(lambda x: "no", [1.0]), r"residual\(x\) must be an array"),
+        (lambda: vf.least_squares(lambda x: None, [1.0]), "finite"),
+        (lambda: vf.least_squares([1.0], lambda x: x), "residual must be a function"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], jacobian=3), "jacobian must be a function"),
+        (lambda: vf.least_squares(lambda x: x, "start"), "x0 must be an array of numbers"),
+        (lambda: vf.least_squares(lambda x: x, []), r"\(0,\)"),
+        (lambda: vf.least_squares(lambda x: x, [1.0], bounds=1), "pair"),
+        (lambda: vf.least_squares(growing(), [1.0, 2.0]), "changed its shape"),
     ],
 )  # fmt: skip
 def test_bad_input_is_one_clear_error(call, says) -> None:
@@ -241,3 +272,88 @@ def test_one_heavy_weight_takes_a_handful_of_steps(scale, shape, seed: int) -> N
     best = np.linalg.lstsq(matrix, goal, rcond=None)[0]
     assert found.converged and found.iterations <= 12
     assert found.cost <= ((matrix @ best - goal) ** 2).sum() * (1 + 1e-6) + 1e-12
+
+
+@pytest.mark.parametrize("away", [0.0, 1e-16, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-3])
+@pytest.mark.parametrize("tensors", [False, True])
+def test_a_start_near_a_corner_of_the_bounds_reaches_the_optimum(away, tensors) -> None:
+    time = np.linspace(0, 4, 30)
+    data = 2.5 * np.exp(-1.3 * time) + 0.5
+    bounds = ([0, 0, 0], [10, 5, 2])
+
+    def residual(x):
+        xp = torch if isinstance(x, torch.Tensor) else np
+        t, y = (torch.tensor(v) if tensors else v for v in (time, data))
+        return x[0] * xp.exp(-x[1] * t) + x[2] - y
+
+    upper = np.array(bounds[1], dtype=float)
+    for corner in np.ndindex(2, 2, 2):
+        if corner == (0, 0, 1) and away < 1e-10:
+            # The first step leads to a saddle at (0, 0, mean of the data), where scipy stays too.
+            continue
+        start = np.where(corner, upper - away, away)
+        given_start = torch.tensor(start) if tensors else start
+        found = vf.least_squares(residual, given_start, bounds=bounds, max_iterations=300)
+        assert found.cost < 1e-12
+        assert found.converged
+
+
+@given(seeds, st.sampled_from([0.0, 1e-14, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-5]))
+@settings(max_examples=60, deadline=None)
+def test_a_start_near_a_kink_or_bound_is_not_where_a_convex_problem_ends(seed, away) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    kinks = rng.uniform(-0.5, 0.5, n)
+    goal, slopes = rng.uniform(-1, 1, n), rng.uniform(0.5, 3, (2, n))
+
+    def position(x):
+        # Rises at another rate on either side of the kink: each variable has one optimum.
+        return np.where(x < kinks, slopes[0], slopes[1]) * (x - kinks)
+
+    side = rng.choice([-1, 0, 1], n)
+    start = np.select([side < 0, side > 0], [-1 + away, 1 - away], kinks + away)
+    found = vf.least_squares(
+        lambda x: position(x) - position(goal), start, bounds=(-1, 1), kinks=kinks[:, None]
+    )
+    assert found.converged
+    assert found.x == pytest.approx(goal, abs=1e-7)
+
+
+def test_a_wrong_derivative_is_no_convergence() -> None:
+    found = vf.least_squares(lambda x: x - 3, [1.0], jacobian=lambda x: -np.eye(1))
+    assert found.status == "stalled" and not found.converged
+    assert "Jacobian" in found.message
+
+
+def test_a_kink_that_is_not_listed_is_no_convergence() -> None:
+    # Both slopes point at the kink at 0.3, where the model never fits.
+    found = vf.least_squares(lambda x: np.array([1 + abs(x[0] - 0.3), x[0] - 0.3]), [1.0])
+    assert found.x[0] == pytest.approx(0.3, abs=1e-6)
+    assert found.status == "stalled"
+
+
+def test_the_status_at_the_iteration_limit_says_so() -> None:
+    found = vf.least_squares(rosenbrock, [-1.2, 1.0], max_iterations=3)
+    assert found.status == "iteration_limit" and found.iterations == 3
+    assert "limit of 3 iterations" in found.message
+
+
+def test_former_names_of_tolerances_still_work_and_warn() -> None:
+    options = {"cost_tolerance": 1e-3, "gain_tolerance": 1e-2, "zero": 1e-1}
+    names = ["relative_cost_tolerance", "absolute_cost_tolerance", "cost_floor"]
+    for (old, value), new in zip(options.items(), names, strict=True):
+        with pytest.warns(DeprecationWarning, match=f"{old}= is now called {new}="):
+            former = vf.least_squares(rosenbrock, [-1.2, 1.0], **{old: value})
+        present = vf.least_squares(rosenbrock, [-1.2, 1.0], **{new: value})
+        assert former.x.tolist() == present.x.tolist()
+
+
+def test_a_result_shows_itself_in_a_few_lines() -> None:
+    one = vf.least_squares(rosenbrock, [-1.2, 1.0])
+    assert 2 <= len(repr(one).splitlines()) <= 3
+    assert "converged after" in repr(one) and "x [1, 1]" in repr(one)
+    long = vf.least_squares(lambda x: x - 1, np.zeros(300))
+    assert "300 variables" in repr(long) and len(repr(long)) < 300
+    many = vf.least_squares(trigonometric, np.full((5, 3), 0.5))
+    assert "5 problems of 3 variables" in repr(many)
+    assert one._repr_html_().startswith("<pre>converged")

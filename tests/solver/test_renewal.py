@@ -147,7 +147,7 @@ def test_proximity_is_as_rows_of_the_residual(n: int) -> None:
     weights = np.where(rng.random(n) < 0.5, 0.0, 10.0 ** rng.uniform(-4, 0, n))
     weights[0] = 1.0
     reference, start = rng.uniform(-1, 1, (2, n))
-    tolerances = Tolerances(cost=1e-15)
+    tolerances = Tolerances(relative_cost=1e-15)
 
     def residual(x):
         return slope @ x + bend @ x**2 - target

@@ -97,7 +97,7 @@ def solve(
     terms = [terms] if isinstance(terms, Term) else terms
     if not isinstance(terms, Sequence):
         raise SolveError(f"terms is a Term or a sequence of terms, not {type(terms).__name__}.")
-    tolerances = Tolerances(step=step_tolerance, gain=LEAST_GAIN, zero=COST_FLOOR)
+    tolerances = Tolerances(step=step_tolerance, absolute_cost=LEAST_GAIN, cost_floor=COST_FLOOR)
     until = math.inf if restart_seconds is None else time.perf_counter() + restart_seconds
     energy = Energy(text, terms, free, locks)
     best = descend(energy, energy.unknowns.start, tolerances, max_iterations)

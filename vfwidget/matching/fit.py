@@ -104,7 +104,7 @@ def _gauss_newton(energy: Energy, view: View, max_iterations: int, watch: Watch 
             watch(_state(energy, view, x).theta, cost / count)
 
     faint = FAINT**2 * count * view.scale**2
-    tolerances = Tolerances(cost=1e-5, step=1e-7, gain=faint, gradient=1e-7)
+    tolerances = Tolerances(relative_cost=1e-5, absolute_cost=faint, step=1e-7, gradient=1e-7)
     found = descend(energy, energy.unknowns.start, tolerances, max_iterations, True, watched)
     state = found.state
     return Fit(

@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..errors import SolveError
 from .levenberg_marquardt import init, step
 from .linearize import OFFSET
-from .problem import Kind, Problem, Requests, State
+from .problem import Kind, Problem, Requests, State, is_count
 from .renewal import Renewal
 from .status import OUT_OF_TIME, out_of_iterations
 
@@ -34,6 +34,8 @@ def solve_whole(
     The start, each accepted point and its cost are appended to ``history``; the result is its
     last entry. ``deadline`` is a value of ``time.perf_counter()``.
     """
+    if not is_count(max_iterations):
+        raise SolveError(f"max_iterations must be a whole number ≥ 0; received {max_iterations!r}.")
     state: State = yield from init(problem, start)
     history.append((state.x, state.cost))
     renewal = Renewal(problem, state.x, state.cost) if problem.renews else None

@@ -1,76 +1,35 @@
-"""Bounded Levenberg–Marquardt for piecewise smooth residuals; knows nothing of fonts.
+"""Bounded Levenberg–Marquardt for piecewise smooth residuals; it knows nothing of fonts.
 
-The iteration itself, and the sources of its method, are in :mod:`.levenberg_marquardt`.
+:mod:`.levenberg_marquardt` holds the iteration, and names the sources of its method.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, partial
-from typing import Any, NamedTuple, cast
+from functools import partial
+from typing import Any, cast
 
 import numpy as np
 
 from ..arrays import Array, ArrayLike, is_tensor, padded_table, to_array
+from ..deprecation import renamed
 from ..errors import SolveError
-from .drivers import History, active_bounds, minimise, minimise_batch
+from .derivatives import CentralDifferences, forward_mode
+from .drivers import Function, History, active_bounds, minimise, minimise_batch
 from .loss import LOSSES
-from .problem import Problem, State, Tolerances
+from .problem import Problem, State, Tolerances, is_number
+from .result import Iterate, Result
 from .status import CONVERGED, Outcome
 
-LEAST_REACH = 1e-3
+__all__ = ["Iterate", "Result", "kink_table", "least_squares"]
 
 
-class Iterate(NamedTuple):
-    """A place the solver stood at, and its cost."""
-
-    x: Any
-    cost: Any
-
-
-@dataclass(frozen=True)
-class Result:
-    """What :func:`least_squares` found; with a leading dimension B where the start had one.
-
-    Attributes
-    ----------
-    x : (n,) array or tensor
-        The best point; of the kind ``x0`` was.
-    cost : float
-        Sum of squared residuals there (scipy reports half of it), or of the loss.
-    residual : (m,) array or tensor
-    iterations : int
-        Accepted steps.
-    status : str
-        How the solve has ended, in a word of :mod:`vfwidget.solver.status`.
-    message : str
-        The reason, in a sentence.
-    converged : bool
-        Whether the status is ``"converged"``.
-    history : list of Iterate
-        The start and the best point after every step that was accepted.
-    """
-
-    x: Any
-    cost: Any
-    residual: Any
-    iterations: Any
-    status: Any
-    message: Any
-    converged: Any
-    history: list[Iterate]
-    _active: Callable[[], Array] = field(repr=False, compare=False)
-
-    @cached_property
-    def active(self) -> Array:
-        """-1 or 1, (n,), where the lower or upper bound holds the point, else 0.
-
-        To say so may take a Jacobian, which is evaluated when first asked for.
-        """
-        return self._active()
-
-
+@renamed(
+    cost_tolerance="relative_cost_tolerance",
+    gain_tolerance="absolute_cost_tolerance",
+    zero="cost_floor",
+)
 def least_squares(
     residual: Callable[[Any], Any],
     x0: ArrayLike,
@@ -83,50 +42,57 @@ def least_squares(
     loss_scale: float = 1.0,
     acceleration: bool = False,
     max_iterations: int = 100,
-    cost_tolerance: float = 1e-12,
+    relative_cost_tolerance: float = 1e-12,
+    absolute_cost_tolerance: float = 0.0,
     step_tolerance: float = 1e-10,
-    gain_tolerance: float = 0.0,
     gradient_tolerance: float = 1e-10,
-    zero: float = 0.0,
+    cost_floor: float = 0.0,
 ) -> Result:
-    """Minimise a sum of squared residuals over a box; one problem, or many at once.
+    """Minimise a sum of squared residuals over a box, for one problem or many at once.
 
     Parameters
     ----------
     residual : callable
-        x (n,) to residuals (m,); for a batch, (B, n) to (B, m), row by row independent. Called
-        with tensors if ``x0`` is one (on its device), else with arrays; float64 in either case.
+        Maps x (n,) to residuals (m,). In a batch it maps (B, n) to (B, m), and each row depends
+        on the same row of x only. It receives float64 tensors on the device of ``x0`` if that is
+        a tensor, else float64 arrays.
     x0 : (n,) or (B, n) array or tensor
-        The start, or B of them; within the bounds.
+        The start, or B starts; within the bounds.
     jacobian : callable, optional
-        x to the derivative (m, n), or (B, m, n). By default forward-mode autodiff for tensors
-        and central differences for arrays.
+        Maps x to the derivative (m, n), or (B, m, n). Default: forward-mode autodiff for tensors,
+        central differences for arrays.
     bounds : (lower, upper), optional
-        Each a number, (n,) or (B, n); infinite where there is none.
+        Each is a number, (n,) or (B, n); infinite for a variable without a bound. Default: none.
     kinks : sequence of n arrays, optional
-        For each variable the values at which the residual may have a kink. ``jacobian`` is then
-        asked at points a hair beside them, never on them.
+        The values of each variable at which the residual may have a kink. ``jacobian`` is then
+        evaluated at a distance of 1e-8 from them, because it has two values on a kink.
     scale : {"columns", "none"}
-        Damping weighs each variable by the greatest size of its column of the Jacobian so far
-        (Marquardt, Moré), which makes the solver indifferent to units, or all alike, which
+        ``"columns"``, the default: the damping of each variable is proportional to the largest
+        squared norm of its column of the Jacobian so far (Marquardt, Moré), so that the units of
+        the variables do not matter. ``"none"``: the damping is equal for all variables, which
         prefers short steps.
     loss : {"linear", "soft_l1", "huber", "cauchy", "arctan"}
-        How much large residuals count.
+        The function of the squared residuals that is summed. All but ``"linear"``, the default,
+        reduce the influence of outliers.
     loss_scale : float
-        The size of residual from which a robust loss holds back.
+        Scale of the robust loss: residuals well above it count less than their square. Default 1.
     acceleration : bool
-        Geodesic acceleration: one more residual for each trial, fewer steps along curved valleys.
+        Whether steps are corrected by geodesic acceleration. It takes one more residual for each
+        step, and fewer steps along curved valleys. Default False.
     max_iterations : int
-    cost_tolerance : float
-        Stop when a step lowers the cost by less than this share of it.
+        The largest number of accepted steps. Default 100.
+    relative_cost_tolerance : float
+        Stop when a step lowers the cost by less than this fraction of the cost. Default 1e-12.
+    absolute_cost_tolerance : float
+        Stop when a step lowers the cost by less than this amount. Default 0.
     step_tolerance : float
-        Stop when a step is shorter than this, relative to x.
-    gain_tolerance : float
-        Stop when a step lowers the cost by less than this, in the cost's own unit.
+        Stop when no variable changes by more than this times (1 + the largest absolute value of
+        x). Default 1e-10.
     gradient_tolerance : float
-        Stop when residual and every column that may still move are this near to perpendicular.
-    zero : float
-        A cost that counts as none.
+        Stop when the cosine of the angle between the residual and each column of the Jacobian is
+        at most this, apart from columns whose variable a bound keeps from moving. Default 1e-10.
+    cost_floor : float
+        Stop when the cost is at or below this value. Default 0.
 
     Returns
     -------
@@ -135,8 +101,9 @@ def least_squares(
     Raises
     ------
     SolveError
-        NaN or infinity in the start or its residual, lower > upper, a start outside the bounds,
-        a Jacobian of the wrong shape, or an unknown loss or scale.
+        The start or its residual is not finite or not real, a lower bound exceeds its upper bound,
+        the start lies outside the bounds, the Jacobian has the wrong shape, or another argument
+        is not what is described above.
 
     Examples
     --------
@@ -145,21 +112,26 @@ def least_squares(
     >>> vf.least_squares(rosenbrock, [-1.2, 0.5], bounds=(-2, 0.8)).x.round(3)
     array([0.8 , 0.64])
     """
-    start = to_array(x0)
-    if start.ndim not in (1, 2):
-        raise SolveError(f"The start is (n,) or (B, n), not of shape {start.shape}.")
+    for name, function in (("residual", residual), ("jacobian", jacobian)):
+        if not callable(function) and (name == "residual" or function is not None):
+            raise SolveError(f"{name} must be a function of x; received {type(function).__name__}.")
+    start = _real_array(x0, "x0")
+    if start.ndim not in (1, 2) or start.size == 0:
+        raise SolveError(f"x0 must have the shape (n,) or (B, n); received {start.shape}.")
     if scale not in ("columns", "none"):
-        raise SolveError(f"scale is 'columns' or 'none', not {scale!r}.")
+        raise SolveError(f"scale must be 'columns' or 'none'; received {scale!r}.")
     if loss not in LOSSES:
-        raise SolveError(f"There is no loss {loss!r}: choose one of {', '.join(LOSSES)}.")
+        raise SolveError(f"loss must be one of {', '.join(LOSSES)}; received {loss!r}.")
+    if not (is_number(loss_scale) and 0 < loss_scale < math.inf):
+        raise SolveError(f"loss_scale must be a finite number > 0; received {loss_scale!r}.")
     lower, upper = _checked_bounds(bounds, start)
     table = None if kinks is None else kink_table(kinks, start.shape[-1])
-    outside = _as_tensors(x0) if is_tensor(x0) else _as_they_are
-    # Differences are of the size of x, and near zero of that of the start.
-    floor = LEAST_REACH * np.where(start != 0, abs(start), 1.0)
-    derivative = _derivative(residual, jacobian, outside, is_tensor(x0), lower, upper, table, floor)
     tolerances = Tolerances(
-        cost_tolerance, step_tolerance, gain_tolerance, gradient_tolerance, zero
+        relative_cost=relative_cost_tolerance,
+        absolute_cost=absolute_cost_tolerance,
+        step=step_tolerance,
+        gradient=gradient_tolerance,
+        cost_floor=cost_floor,
     )
 
     def problem(low: Array, high: Array) -> Problem:
@@ -167,20 +139,40 @@ def least_squares(
             low, high, table, scale == "columns", acceleration, loss, loss_scale, tolerances
         )
 
-    def answer(x: Array) -> Array:
-        return to_array(residual(outside(x)))
+    convert = _as_tensors(x0) if is_tensor(x0) else _as_they_are
+
+    shapes: set[tuple[int, ...]] = set()
+
+    def values(x: Array) -> Array:
+        found = _real_array(residual(convert(x)), "residual(x)")
+        shapes.add(found.shape)
+        if len(shapes) > 1:
+            raise SolveError(
+                f"residual(x) changed its shape between two points: {', '.join(map(str, shapes))}. "
+                "Return as many values at every x."
+            )
+        return found
+
+    derivative: Function
+    if jacobian is not None:
+        given = jacobian
+        derivative = lambda x: _real_array(given(convert(x)), "jacobian(x)")  # noqa: E731
+    elif is_tensor(x0):
+        derivative = lambda x: to_array(forward_mode(residual, convert(x)))  # noqa: E731
+    else:
+        derivative = CentralDifferences(values, start, lower, upper, table)
 
     if start.ndim == 1:
         history: History = []
         alone = problem(lower, upper)
         state = minimise(
-            alone, start, answer, derivative, max_iterations=max_iterations, history=history
+            alone, start, values, derivative, max_iterations=max_iterations, history=history
         )
         active = partial(active_bounds, alone, state, derivative)
-        return _result([state], active, [history], outside, single=True)
+        return _result([state], active, [history], convert, single=True)
     histories: list[History] = [[] for _ in start]
     problems = [problem(*sides) for sides in zip(lower, upper, strict=True)]
-    states = minimise_batch(problems, start, answer, derivative, max_iterations, histories)
+    states = minimise_batch(problems, start, values, derivative, max_iterations, histories)
 
     def actives() -> Array:
         slopes = derivative(np.stack([state.x for state in states]))
@@ -191,7 +183,7 @@ def least_squares(
             ]
         )
 
-    return _result(states, actives, histories, outside, single=False)
+    return _result(states, actives, histories, convert, single=False)
 
 
 def _as_they_are(x: Array) -> Any:
@@ -205,45 +197,62 @@ def _as_tensors(x0: Any) -> Callable[[Array], Any]:
     return lambda x: torch.as_tensor(x, dtype=torch.float64, device=x0.device)
 
 
+def _real_array(value: Any, name: str) -> Array:
+    """A float64 array of real numbers."""
+    is_complex = value.is_complex() if is_tensor(value) else np.iscomplexobj(value)
+    if is_complex:
+        raise SolveError(
+            f"{name} must be real; received complex numbers. Pass their real and imaginary parts "
+            "as separate numbers."
+        )
+    try:
+        return to_array(value)
+    except (TypeError, ValueError):
+        raise SolveError(
+            f"{name} must be an array of numbers; received {type(value).__name__}."
+        ) from None
+
+
 def _result(
     states: list[State],
     active: Callable[[], Array],
     histories: list[History],
-    outside: Callable[[Array], Any],
+    convert: Callable[[Array], Any],
     single: bool,
 ) -> Result:
     outcomes = [cast(Outcome, state.outcome) for state in states]
-    # A solve that ended early stands still in the histories of those that went on.
+    converged = [outcome.status == CONVERGED for outcome in outcomes]
+    if single:
+        (state,), (outcome,), (history,) = states, outcomes, histories
+        return Result(
+            x=convert(state.x),
+            cost=state.cost,
+            residual=convert(state.residual),
+            iterations=state.iterations,
+            status=outcome.status,
+            message=outcome.message,
+            converged=converged[0],
+            history=[Iterate(convert(x), cost) for x, cost in history],
+            _active=active,
+        )
+    # A solve that has ended early repeats its last entry in the common history.
     length = max(len(history) for history in histories)
     padded = [history + history[-1:] * (length - len(history)) for history in histories]
-    result = Result(
-        x=outside(np.stack([state.x for state in states])),
-        cost=outside(np.array([state.cost for state in states])),
-        residual=outside(np.stack([state.residual for state in states])),
+    return Result(
+        x=convert(np.stack([state.x for state in states])),
+        cost=convert(np.array([state.cost for state in states])),
+        residual=convert(np.stack([state.residual for state in states])),
         iterations=np.array([state.iterations for state in states]),
         status=[outcome.status for outcome in outcomes],
         message=[outcome.message for outcome in outcomes],
-        converged=np.array([outcome.status == CONVERGED for outcome in outcomes]),
+        converged=np.array(converged),
         history=[
             Iterate(
-                outside(np.stack([x for x, _ in moment])),
-                outside(np.array([cost for _, cost in moment])),
+                convert(np.stack([x for x, _ in entries])),
+                convert(np.array([cost for _, cost in entries])),
             )
-            for moment in zip(*padded, strict=True)
+            for entries in zip(*padded, strict=True)
         ],
-        _active=active,
-    )
-    if not single:
-        return result
-    return Result(
-        x=result.x[0],
-        cost=states[0].cost,
-        residual=result.residual[0],
-        iterations=states[0].iterations,
-        status=result.status[0],
-        message=result.message[0],
-        converged=bool(result.converged[0]),
-        history=[Iterate(x[0], float(cost[0])) for x, cost in result.history],
         _active=active,
     )
 
@@ -252,14 +261,24 @@ def _checked_bounds(
     bounds: tuple[ArrayLike, ArrayLike] | None, start: Array
 ) -> tuple[Array, Array]:
     sides = bounds if bounds is not None else (-np.inf, np.inf)
+    if not (isinstance(sides, Sequence) and len(sides) == 2):
+        raise SolveError(f"bounds must be a pair (lower, upper); received {sides!r}.")
+    low, high = (_real_array(side, "bounds") for side in sides)
     try:
-        lower, upper = (np.broadcast_to(to_array(side), start.shape) for side in sides)
+        lower, upper = np.broadcast_to(low, start.shape), np.broadcast_to(high, start.shape)
     except ValueError:
-        raise SolveError(f"The bounds do not fit a start of {start.shape[-1]} numbers.") from None
+        raise SolveError(
+            f"The bounds do not fit x0: they must be numbers or have the shape {start.shape}."
+        ) from None
     if not (lower <= upper).all():
         raise SolveError("A lower bound lies above its upper bound, or is NaN.")
-    if not ((start >= lower) & (start <= upper)).all():
-        raise SolveError("The start lies outside the bounds, or holds NaN.")
+    inside = (start >= lower) & (start <= upper)
+    if not inside.all():
+        first = tuple(int(i) for i in np.argwhere(~inside)[0])
+        raise SolveError(
+            f"x0 lies outside the bounds, or is NaN: entry {first} is {start[first]}, and must lie "
+            f"between {lower[first]} and {upper[first]}."
+        )
     return lower, upper
 
 
@@ -269,64 +288,10 @@ def kink_table(kinks: Sequence[ArrayLike], n: int) -> Array:
     Raises
     ------
     SolveError
-        ``kinks`` names another number of variables.
+        ``kinks`` has another length.
     """
     if len(kinks) != n:
-        raise SolveError(f"kinks names {len(kinks)} variables; there are {n}.")
-    return padded_table([np.unique(to_array(row)) for row in kinks])
-
-
-def _derivative(
-    residual: Callable[[Any], Any],
-    jacobian: Callable[[Any], Any] | None,
-    outside: Callable[[Array], Any],
-    tensors: bool,
-    lower: Array,
-    upper: Array,
-    kinks: Array | None,
-    floor: Array,
-) -> Callable[[Array], Array]:
-    """The Jacobian the caller gave, else forward mode for tensors, differences for arrays."""
-    if jacobian is not None:
-        return lambda x: to_array(jacobian(outside(x)))
-    if tensors:
-        return lambda x: to_array(_forward_mode(residual, outside(x)))
-
-    def differences(x: Array) -> Array:
-        left, right = lower, upper
-        if kinks is not None:
-            # A difference across a kink is no derivative of either side.
-            gaps = kinks - x[..., None]
-            left = np.maximum(left, np.where(gaps < 0, kinks, -np.inf).max(-1))
-            right = np.minimum(right, np.where(gaps > 0, kinks, np.inf).min(-1))
-        return _central_differences(residual, x, left, right, floor)
-
-    return differences
-
-
-def _forward_mode(residual: Callable[[Any], Any], x: Any) -> Any:
-    """One directional derivative for each variable; variables are few, residuals many."""
-    import torch
-
-    columns = []
-    for i in range(x.shape[-1]):
-        tangent = torch.zeros_like(x)
-        tangent[..., i] = 1
-        columns.append(torch.func.jvp(residual, (x,), (tangent,))[1])
-    return torch.stack(columns, -1)
-
-
-def _central_differences(
-    residual: Callable[[Any], Any], x: Array, lower: Array, upper: Array, floor: Array
-) -> Array:
-    columns = []
-    for i in range(x.shape[-1]):
-        reach = np.finfo(float).eps ** (1 / 3) * np.maximum(floor[..., i], np.abs(x[..., i]))
-        left, right = x.copy(), x.copy()
-        left[..., i] = np.maximum(x[..., i] - reach, lower[..., i])
-        right[..., i] = np.minimum(x[..., i] + reach, upper[..., i])
-        width = (right - left)[..., i, None]
-        columns.append(
-            (to_array(residual(right)) - to_array(residual(left))) / np.where(width > 0, width, 1)
+        raise SolveError(
+            f"kinks must hold a sequence for each of the {n} variables; received {len(kinks)}."
         )
-    return np.stack(columns, axis=-1)
+    return padded_table([np.unique(to_array(row)) for row in kinks])

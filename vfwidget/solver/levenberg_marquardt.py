@@ -102,10 +102,10 @@ def finite_cost(problem: Problem, residual: Array, x: Array) -> float:
 
 def step(problem: Problem, state: State) -> Requests:
     """Linearise the residual if x is new, then try one step; ``state`` is changed."""
-    if state.cost <= problem.tolerances.zero:
+    if state.cost <= problem.tolerances.cost_floor:
         state.outcome = COST_FLOOR
         return
-    if state.cost <= problem.tolerances.gain:
+    if state.cost <= problem.tolerances.absolute_cost:
         # No step can lower the cost by more than the cost itself.
         state.outcome = SMALL_DECREASE
         return
@@ -114,7 +114,7 @@ def step(problem: Problem, state: State) -> Requests:
     model = state.model
     quadratic = _damped(problem, state, model)
     proposal = _propose(model, quadratic, model.low, model.high)
-    if proposal.predicted <= max(problem.tolerances.gain, LATE * state.cost):
+    if proposal.predicted <= max(problem.tolerances.absolute_cost, LATE * state.cost):
         state.outcome = _outcome_before_step(problem, state, model, proposal)
         if state.outcome is not None:
             return
@@ -211,9 +211,9 @@ def _outcome_before_step(
     tolerances = problem.tolerances
     if _is_stationary(model, state.cost, tolerances.gradient):
         return STATIONARY
-    if proposal.predicted <= tolerances.gain:
+    if proposal.predicted <= tolerances.absolute_cost:
         most = _without_damping(state, model).predicted
-        if most <= tolerances.gain:
+        if most <= tolerances.absolute_cost:
             return SMALL_DECREASE
     return None
 
@@ -304,4 +304,6 @@ def _is_near(problem: Problem, state: State, model: Model) -> bool:
     """Whether even a step without damping is short, or is predicted to gain little."""
     far = _without_damping(state, model)
     least = max(problem.tolerances.least_decrease(state.cost), NEGLIGIBLE * state.cost)
-    return far.predicted <= 10 * least or _is_short(problem, state, far.d)
+    return far.predicted <= 10 * (least + model.rounding(state.x)) or _is_short(
+        problem, state, far.d
+    )

@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import Array
 from .quadratic import DenseQuadratic, LowRankQuadratic, Quadratic
 
+EPSILON = float(np.finfo(float).eps)
 HEAVY = 1e5
 """JᵀJ is avoided if rows differ in norm by more than this factor."""
 LEAST_DAMPING, LEAST_GRADED_DAMPING = 1e-14, 1e-28
@@ -87,6 +88,11 @@ class Model:
             return -float(2 * self.gradient.dot(d) + d.dot(self._matrix.dot(d)))
         rows = self.jacobian.dot(d)
         return -float(2 * self.gradient.dot(d) + rows.dot(rows) + d.dot(self.weights * d))
+
+    def rounding(self, x: Array) -> float:
+        """The change of the cost that the rounding errors of x may cause."""
+        errors = EPSILON * abs(self.jacobian).dot(abs(x))
+        return float(errors.dot(errors + 2 * abs(self.residual)))
 
 
 def _with_diagonal(matrix: Array, more: Any) -> Array:

@@ -6,14 +6,26 @@ import math
 from collections.abc import Generator
 from dataclasses import dataclass, field
 from enum import Enum
+from numbers import Integral, Real
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..arrays import Array
+from ..errors import SolveError
 from .loss import rescale, robust_cost
 from .model import Model
 from .status import Outcome
+
+
+def is_number(value: object) -> bool:
+    """Whether a value is a real number of Python or NumPy; True and False are not."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def is_count(value: object) -> bool:
+    """Whether a value is a whole number ≥ 0."""
+    return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= 0
 
 
 class Kind(Enum):
@@ -42,17 +54,29 @@ Requests: TypeAlias = Generator[Request, Array, Any]
 
 @dataclass(frozen=True)
 class Tolerances:
-    """The limits at which a solve ends; :func:`vfwidget.least_squares` explains each."""
+    """The limits at which a solve ends; :func:`vfwidget.least_squares` explains each.
 
-    cost: float = 1e-12
+    Raises
+    ------
+    SolveError
+        A tolerance is not a finite number ≥ 0.
+    """
+
+    relative_cost: float = 1e-12
+    absolute_cost: float = 0.0
     step: float = 1e-10
-    gain: float = 0.0
     gradient: float = 1e-10
-    zero: float = 0.0
+    cost_floor: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (is_number(value) and 0 <= value < math.inf):
+                full = name if name == "cost_floor" else f"{name}_tolerance"
+                raise SolveError(f"{full} must be a finite number ≥ 0; received {value!r}.")
 
     def least_decrease(self, cost: float) -> float:
         """The decrease of this cost below which a step is not worth taking."""
-        return max(self.cost * cost, self.gain)
+        return max(self.relative_cost * cost, self.absolute_cost)
 
 
 class Proximity(NamedTuple):
