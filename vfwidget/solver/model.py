@@ -13,6 +13,8 @@ from .quadratic import DenseQuadratic, LowRankQuadratic, Quadratic
 EPSILON = float(np.finfo(float).eps)
 HEAVY = 1e5
 """JᵀJ is avoided if rows differ in norm by more than this factor."""
+SMALL = 24
+"""With at most this many variables, the matrix JᵀJ is the quickest form of the model."""
 LEAST_DAMPING, LEAST_GRADED_DAMPING = 1e-14, 1e-28
 """The least damping relative to the squared column norms. It must exceed the rounding errors of
 JᵀJ, so that a rank-deficient matrix becomes regular. Without JᵀJ these errors are squared."""
@@ -59,7 +61,7 @@ class Model:
         self.spread = _spread(sizes, n)
         self.graded = self.spread < HEAVY**-2
         self._matrix: Array | None = None
-        if self.graded or 2 * m <= n:
+        if self.graded or (n > SMALL and 2 * m <= n):
             self.columns: Array = np.einsum("ij,ij->j", jacobian, jacobian) + self.weights
         else:
             self._matrix = _with_diagonal(jacobian.T.dot(jacobian), self.weights)
