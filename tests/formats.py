@@ -263,6 +263,49 @@ def avar_2(store: bool = True) -> bytes:
     return fonts.build(glyphs, deltas, edit=add)
 
 
+def row_store(rows: Sequence[Sequence[int]]) -> Any:
+    """A variation store whose rows vary over ``REGIONS``."""
+    data = varLib_builder.buildVarData(list(range(len(REGIONS))), list(rows), optimize=False)
+    regions = varLib_builder.buildVarRegionList(REGIONS, ["wght", "wdth"])
+    return varLib_builder.buildVarStore(regions, [data])
+
+
+def with_mvar() -> bytes:
+    def add(builder: FontBuilder) -> None:
+        builder.font["OS/2"].sxHeight = 500
+        mvar = builder.font["MVAR"] = newTable("MVAR")
+        mvar.table = otTables.MVAR()
+        mvar.table.Version, mvar.table.Reserved = 0x00010000, 0
+        mvar.table.ValueRecordSize, mvar.table.ValueRecordCount = 8, 1
+        record = otTables.MetricsValueRecord()
+        record.ValueTag, record.VarIdx = "xhgt", 0
+        mvar.table.ValueRecord, mvar.table.VarStore = [record], row_store([[40, 0, 0]])
+
+    return fonts.build(*fonts.base_glyphs(), edit=add)
+
+
+def with_vertical_metrics(vvar: bool) -> bytes:
+    """Advances of vertical text that vary by VVAR, or by the phantom points."""
+
+    def add(builder: FontBuilder) -> None:
+        builder.setupVerticalHeader(ascent=500, descent=-500)
+        glyf = builder.font["glyf"]
+        tops = {name: getattr(glyf[name], "yMax", 0) for name in glyf.keys()}
+        builder.setupVerticalMetrics({name: (1000, 880 - top) for name, top in tops.items()})
+        if vvar:
+            table = builder.font["VVAR"] = newTable("VVAR")
+            table.table = otTables.VVAR()
+            table.table.Version = 0x00010000
+            table.table.VarStore = row_store([[9, 9, 9], [70, -30, 20], [-400, 10, 0]])
+            for name in ("AdvHeightMap", "TsbMap", "BsbMap", "VOrgMap"):
+                setattr(table.table, name, None)
+
+    glyphs, deltas = fonts.base_glyphs()
+    moved = [*[(0, 0)] * 4, (0, 0), (0, 0), (0, 40), (0, -60)]
+    deltas["a"] += [(fonts.BOLD, moved)]
+    return fonts.build(glyphs, deltas, edit=add)
+
+
 def static_truetype() -> bytes:
     def drop(builder: FontBuilder) -> None:
         del builder.font["fvar"], builder.font["gvar"]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
+from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
 
@@ -12,13 +14,17 @@ from fontTools.ttLib import TTFont
 
 from ..arrays import Array, ArrayLike, IntArray, is_tensor, like, to_array
 from ..errors import AxisError, FontError, GlyphError
+from ..outline.composed import Composed
 from ..outline.coordinates import check_coordinates
 from ..outline.glyph import Glyph
+from ..outline.varying import Varying
 from . import axes as axis_maths
 from . import names
 from .avar import read_displacement
 from .axes import NamedInstance
 from .cache import GlyphCache
+from .font_metrics import read_metrics
+from .instance import check_limits, instantiate
 from .metrics import read_positioning_regions
 from .reader import GlyphReader
 from .settings import Settings, read_conditions
@@ -219,6 +225,63 @@ class Font:
         """
         w = check_coordinates(w, len(self.axes))
         return self._displacement.value(w) if self._displacement else w
+
+    @cached_property
+    def _metrics(self) -> dict[str, Varying]:
+        with self._reading:
+            found = read_metrics(self._ttfont, len(self.axes))
+        moved = self._displacement
+        return {name: Composed(m, moved) if moved else m for name, m in found.items()}
+
+    def metrics(self, w: ArrayLike) -> dict[str, torch.Tensor]:
+        """Metrics of the font at w in font units, each (...); autograd passes (MVAR).
+
+        The names are ``ascender``, ``x_height``, ``underline_position`` and so on; those that the
+        font does not state are left out. Ascender, descender and line gap are those of OS/2 if the
+        font asks for it, else of hhea, as in HarfBuzz.
+
+        Raises
+        ------
+        AxisError
+            ``w`` has the wrong length or holds NaN.
+        """
+        w = check_coordinates(w, len(self.axes))
+        return {name: metric.value(w) for name, metric in self._metrics.items()}
+
+    def instance(
+        self,
+        axes: Mapping[str, Any] | NamedInstance,
+        name: str | None = None,
+        string: str | None = None,
+    ) -> Font:
+        """A font of its own, with axes pinned or narrowed; :meth:`save` writes it to a file.
+
+        Parameters
+        ----------
+        axes : mapping of tag to number or range, or NamedInstance
+            A number pins an axis; (least, greatest) or (least, default, greatest) narrows it. An
+            axis that is not in the mapping stays as it is. User coordinates.
+        name : str, optional
+            Family name; by default the parent's, followed by the pinned values.
+        string : str, optional
+            Keep only the glyphs that this text may need.
+
+        Raises
+        ------
+        AxisError
+            The axis is unknown, or a value lies outside its range.
+        FontError
+            fontTools cannot make the instance.
+        """
+        if isinstance(axes, NamedInstance):
+            axes = self._instance_axes(axes)
+        limits = check_limits(self.axes, axes)
+        source = open_font(font_bytes(self._ttfont), self._index)
+        return load_font(instantiate(source, limits, name, string), static=True)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the font file as it was read, or as :meth:`instance` made it."""
+        Path(path).write_bytes(font_bytes(self._ttfont))
 
     def glyph(self, key: str | int) -> Glyph:
         """A glyph as tensors, unpacked at the first call and then kept.

@@ -7,6 +7,7 @@ from fontTools.ttLib import TTFont
 
 from ..errors import FontError
 from ..outline.glyph import Glyph
+from ..outline.varying import Affine
 from .cff import CffReader
 from .glyf import GlyfReader
 from .metrics import Advances
@@ -42,6 +43,8 @@ class GlyphReader:
         self._font = font
         self._outlines = OUTLINE_TABLES[tag](font, axis_count)
         self._widths = Advances(font, axis_count)
+        vertical = "vmtx" in font or "VMTX" in font
+        self._heights = Advances(font, axis_count, vertical=True) if vertical else None
 
     def read(self, name: str) -> Glyph:
         """Unpack one glyph.
@@ -53,7 +56,7 @@ class GlyphReader:
         """
         glyph_id: int = self._font.getGlyphID(name)
         drawn = self._outlines.read(name)
-        return Glyph(
+        glyph = Glyph(
             drawn.points[0],
             np.moveaxis(drawn.points[1:], 0, -1),
             drawn.support,
@@ -62,3 +65,7 @@ class GlyphReader:
             name,
             glyph_id,
         )
+        if self._heights:
+            height = self._heights.read(name, glyph_id, drawn.height, drawn.support)
+            glyph.advance_height = Affine(*height)
+        return glyph

@@ -78,6 +78,8 @@ class Glyph:
         The control points as a function of w, for numpy arrays and tensors, without checks.
     advance_width : Varying
         The advance width in the same form. It may be negative; :meth:`advance` never is.
+    advance_height : Varying or None
+        The advance of vertical text in the same form; None where the font has no vertical metrics.
 
     Raises
     ------
@@ -102,6 +104,7 @@ class Glyph:
 
     outline: Varying
     advance_width: Varying
+    advance_height: Varying | None = None
 
     def __init__(
         self,
@@ -240,6 +243,18 @@ class Glyph:
         """
         return self.advance_width.value(self._check(w)).clip(0)
 
+    def vertical_advance(self, w: ArrayLike) -> torch.Tensor:
+        """Advance of vertical text at w, (...), downwards: VVAR, or else phantom points.
+
+        Raises
+        ------
+        GlyphError
+            The font has no vertical metrics (no vmtx table).
+        """
+        if self.advance_height is None:
+            raise GlyphError(f"Glyph {self.name!r} has no vertical metrics (no vmtx table).")
+        return self.advance_height.value(self._check(w))
+
     def side_bearings(self, w: ArrayLike) -> tuple[torch.Tensor, torch.Tensor]:
         """Left and right side bearing at w, each (...).
 
@@ -263,6 +278,8 @@ class Glyph:
         twin = copy(self)
         twin.outline = Composed(self.outline, coordinates)
         twin.advance_width = Composed(self.advance_width, coordinates)
+        if self.advance_height is not None:
+            twin.advance_height = Composed(self.advance_height, coordinates)
         return twin
 
     def _check(self, w: ArrayLike) -> torch.Tensor:

@@ -1,0 +1,96 @@
+"""Instances as font files, drawn by HarfBuzz; their names; subsets."""
+
+from __future__ import annotations
+
+import fonts
+import formats
+import numpy as np
+import pytest
+from fontTools.ttLib import TTFont
+from fontTools.ttLib.tables.DefaultTable import DefaultTable
+from referee import HarfBuzz
+
+import vfwidget as vf
+
+SOURCES = {
+    "recursive": lambda: "recursive",
+    "dynapuff": lambda: "dynapuff",
+    "cff2_with_two_sets_of_regions": formats.cff2_with_two_sets_of_regions,
+    "avar_2": formats.avar_2,
+}
+
+
+@pytest.mark.parametrize("source", SOURCES)
+def test_harfbuzz_draws_an_instance_as_its_parent_is_at_those_axes(source, tmp_path):
+    parent = vf.load_font(SOURCES[source]())
+    values = {axis.tag: 0.7 * axis.minimum + 0.3 * axis.maximum for axis in parent.axes}
+    instance = parent.instance(values)
+    assert instance.axes == ()
+    instance.save(tmp_path / "instance.ttf")
+    referee = HarfBuzz(TTFont(tmp_path / "instance.ttf"))
+    w = parent.normalize(values)
+    for name in parent.glyph_names[:60]:
+        glyph = parent.glyph(name)
+        drawn = [contour for contour in referee.contours(glyph.glyph_id) if len(contour)]
+        ours = [c.numpy() for c in glyph.segments(w)]
+        assert len(drawn) == len(ours)
+        for mine, other in zip(ours, drawn, strict=True):
+            # The instancer rounds the location, each point and the offsets of components.
+            assert np.abs(mine[: len(other)] - other).max() <= 2.5, name
+        assert abs(glyph.advance(w).item() - referee.advance(glyph.glyph_id)) <= 1
+
+
+def test_axes_are_pinned_or_narrowed():
+    parent = vf.load_font("recursive")
+    part = parent.instance({"MONO": 0, "CASL": (0, 0.5), "wght": (400, 500, 700)})
+    axes = {axis.tag: (axis.minimum, axis.default, axis.maximum) for axis in part.axes}
+    assert axes["wght"] == (400, 500, 700)
+    assert axes["CASL"] == (0, 0, 0.5)
+    assert set(axes) == {"CASL", "wght", "slnt", "CRSV"}
+
+
+def test_a_named_instance_as_a_font():
+    parent = vf.load_font("dynapuff")
+    bold = next(instance for instance in parent.instances if instance.name == "Bold")
+    font = parent.instance(bold)
+    assert font.family_name == "DynaPuff wght 700 wdth 100"
+
+
+def test_an_instance_is_named_apart_from_its_parent(tmp_path):
+    font = vf.load_font("recursive").instance({"wght": 650}, name="My Own")
+    font.save(tmp_path / "own.ttf")
+    names = TTFont(tmp_path / "own.ttf")["name"]
+    found = {i: names.getDebugName(i) for i in (1, 2, 4, 6, 16, 17)}
+    assert found == {1: "My Own", 2: "Regular", 4: "My Own", 6: "My-Own", 16: None, 17: None}
+
+
+def test_a_subset_holds_what_its_text_needs():
+    parent = vf.load_font("recursive")
+    part = parent.instance({"MONO": 0}, string="fin é")
+    assert len(part) < 40
+    assert all(character in part for character in "fin é")
+    assert "x" not in part
+    assert vf.Text(part, "fin é").advance() == pytest.approx(vf.Text(parent, "fin é").advance())
+
+
+@pytest.mark.parametrize(
+    "value", [200, 1200, "bold", None, (400, 300), (300, 2000), (1, 2, 3, 4), [], float("nan")]
+)
+def test_what_is_no_limit_of_an_axis(value):
+    with pytest.raises(vf.AxisError, match=r"'wght' needs a number, or a range .* 300 … 1000; got"):
+        vf.load_font("recursive").instance({"wght": value})
+
+
+def test_an_unknown_axis():
+    with pytest.raises(vf.AxisError, match=r"Unknown axis 'WGHT'\. This font has: MONO, CASL"):
+        vf.load_font("recursive").instance({"WGHT": 400})
+
+
+def test_a_font_that_cannot_be_instantiated():
+    def add(builder):
+        builder.font["STAT"] = broken = DefaultTable("STAT")
+        broken.data = b"\0\1\0\1\0"
+
+    font = vf.load_font(fonts.build(*fonts.base_glyphs(), edit=add))
+    with pytest.raises(vf.FontError, match="No instance can be made of this font"):
+        font.instance({"wght": 400})

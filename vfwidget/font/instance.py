@@ -1,0 +1,118 @@
+"""Instances of a font as font files: axes pinned or narrowed, and only the glyphs of a text.
+
+fontTools' instancer and subsetter do the work.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from numbers import Real
+from typing import Any
+
+from fontTools import subset
+from fontTools.ttLib import TTFont
+from fontTools.varLib import instancer
+
+from ..errors import AxisError, FontError
+from .axes import Axis
+from .names import family_name
+
+AxisLimits = dict[str, float | tuple[float, ...]]
+FAMILY, STYLE, UNIQUE, FULL, POSTSCRIPT = 1, 2, 3, 4, 6
+OTHER_NAMES = (16, 17, 21, 22, 25)
+"""Names that would group the instance with its parent (typographic family and style, and such)."""
+
+
+def check_limits(axes: Sequence[Axis], values: Mapping[str, Any]) -> AxisLimits:
+    """What is asked of each axis: a number, or a range.
+
+    Raises
+    ------
+    AxisError
+        The axis is unknown, or the value is not a number or an ascending range within the axis.
+    """
+    known = {axis.tag: axis for axis in axes}
+    limits: AxisLimits = {}
+    for tag, value in values.items():
+        if tag not in known:
+            raise AxisError(f"Unknown axis {tag!r}. This font has: {', '.join(known)}.")
+        axis = known[tag]
+        sides = _sides(value)
+        ends = [axis.minimum, *sides, axis.maximum]
+        # Written so that NaN is refused, too.
+        if len(sides) not in (1, 2, 3) or not all(a <= b for a, b in pairwise(ends)):
+            raise AxisError(
+                f"Axis {tag!r} needs a number, or a range (least, greatest) or (least, default, "
+                f"greatest), within {axis.minimum:g} … {axis.maximum:g}; got {value!r}."
+            )
+        limits[tag] = sides[0] if len(sides) == 1 else sides
+    return limits
+
+
+def _sides(value: Any) -> tuple[Any, ...]:
+    """A number or a range as a tuple of numbers; empty if it is neither."""
+    sides = tuple(value) if isinstance(value, tuple | list) else (value,)
+    return tuple(map(float, sides)) if all(isinstance(s, Real) for s in sides) else ()
+
+
+def instantiate(font: TTFont, limits: AxisLimits, name: str | None, string: str | None) -> bytes:
+    """A font file with axes pinned or narrowed.
+
+    Parameters
+    ----------
+    font : TTFont
+        Read from the file for this purpose; it is changed.
+    limits : mapping of tag to number or range
+        Axes that are not in the mapping stay as they are.
+    name : str, optional
+        Family name of the instance; by default the parent's, followed by the pinned values.
+    string : str, optional
+        Keep only the glyphs that this text may need.
+
+    Raises
+    ------
+    FontError
+        fontTools cannot make the instance; the message gives its reason.
+    """
+    family = name or " ".join([family_name(font), *map(_label, limits.items())])
+    try:
+        if string is not None:
+            options = subset.Options(layout_features=["*"], name_IDs=["*"], notdef_outline=True)
+            subsetter = subset.Subsetter(options)
+            subsetter.populate(text=string)
+            subsetter.subset(font)
+        font = instancer.instantiateVariableFont(font, limits, inplace=True)
+        if "name" in font:
+            _rename(font, family)
+        file = io.BytesIO()
+        font.flavor = None
+        font.save(file)
+    except Exception as error:
+        # What a damaged or unusual table makes of it can be any exception.
+        raise FontError(
+            f"No instance can be made of this font ({type(error).__name__}: {error})."
+        ) from error
+    return file.getvalue()
+
+
+def _label(limit: tuple[str, Any]) -> str:
+    tag, value = limit
+    return f"{tag} {':'.join(f'{side:g}' for side in _sides(value))}"
+
+
+def _rename(font: TTFont, family: str) -> None:
+    """Names by which an operating system installs the instance beside its parent."""
+    table = font["name"]
+    postscript = "".join(c if c.isascii() and c.isalnum() else "-" for c in family)[:63]
+    table.names = [record for record in table.names if record.nameID not in OTHER_NAMES]
+    for name_id, value in {
+        FAMILY: family,
+        STYLE: "Regular",
+        UNIQUE: f"{postscript}; vfwidget",
+        FULL: family,
+        POSTSCRIPT: postscript,
+    }.items():
+        table.removeNames(nameID=name_id)
+        table.setName(value, name_id, 3, 1, 0x409)
