@@ -94,3 +94,18 @@ def test_a_font_that_cannot_be_instantiated():
     font = vf.load_font(fonts.build(*fonts.base_glyphs(), edit=add))
     with pytest.raises(vf.FontError, match="No instance can be made of this font"):
         font.instance({"wght": 400})
+
+
+def test_a_text_as_a_font(tmp_path):
+    text = vf.Text("recursive", "fin", axes={"wght": 650, "CASL": 0.4, "slnt": -7})
+    font = text.to_font(tmp_path / "text.ttf", name="Fin")
+    assert vf.load_font(tmp_path / "text.ttf", static=True).family_name == "Fin"
+    assert "x" not in font
+    for letter, glyph in zip("fin", text.glyphs, strict=True):
+        drawn, want = font.glyph(letter).points([]), glyph.points(text.theta[0])
+        assert (drawn - want).abs().max() <= 2.5
+
+
+def test_a_text_whose_letters_have_axes_of_their_own_is_no_font():
+    with pytest.raises(vf.TextError, match="one location for all letters"):
+        vf.Text("recursive", "fin", shared=False).to_font()

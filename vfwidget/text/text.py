@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from operator import index
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -212,6 +213,25 @@ class Text:
     def advance(self) -> float:
         """Width of the whole line, in font units."""
         return float(self.word.advances(self._theta).sum())
+
+    def to_font(self, path: str | os.PathLike[str] | None = None, name: str | None = None) -> Font:
+        """The text's glyphs at its location as a static font; ``path`` writes it to a file, too.
+
+        ``name`` is its family name; by default the parent's, followed by the axis values.
+
+        Raises
+        ------
+        TextError
+            The letters have axis values of their own.
+        FontError
+            fontTools cannot make the instance.
+        """
+        if not self.shared:
+            raise TextError("to_font needs one location for all letters; use shared=True.")
+        font = self.font.instance(self.axes, name, self.string)
+        if path is not None:
+            font.save(path)
+        return font
 
     def handle(self, glyph: int = 0, contour: int = 0, segment: int = 0, t: float = 0.0) -> Handle:
         """A point of the outline, by where it lies on it.
