@@ -4,7 +4,7 @@ import { alike } from "./word/decode.js";
 export const STATE = "application/vnd.vfwidget+json";
 
 /** The traits that a step of undo brings back. */
-const STEP = ["axes", "shared", "_pins", "locks"];
+const STEP = ["axes", "shared", "_pins", "locks", "constraints"];
 
 /** Stands in for the kernel: keeps the traits and their history, and accepts drags as the view has solved them. */
 export class Model {

@@ -282,6 +282,8 @@ widget.solve = fails
     before = screen.outline()
     screen.drag(start, goal)
     assert screen.status() == "error"
+    # What the view had drawn by itself is taken back.
+    screen.page.wait_for_timeout(500)
     assert "no luck <b>today</b>" in screen.root.locator(".vfw-status").inner_text()
     assert screen.outline() == before
     screen.page.evaluate(

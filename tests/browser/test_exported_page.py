@@ -302,3 +302,38 @@ def test_less_motion_is_no_motion(show: Any) -> None:
     landed = page.client([0, 0])
     page.wait(300)
     assert page.client([0, 0]) == landed
+
+
+def test_pins_become_a_constraint_that_drags_keep_and_that_can_be_removed(show: Any) -> None:
+    editor = vf.Editor("roboto-flex", "no")
+    text = editor.text
+    editor.pins = [text.nearest(150, 500), text.nearest(330, 500)]
+    page = show(editor)
+    menu = page.root.locator(".vfw-add-constraint")
+    assert menu.locator("option[value=Collinear]").is_disabled()
+    menu.select_option("Distance")
+    page.wait()
+    chip = page.root.locator(".vfw-constraint")
+    assert "Keep the distance: n, n" in chip.inner_text()
+    assert page.root.locator(".vfw-pin").count() == 0
+
+    def width() -> float:
+        moved = text.at(axes=page.axes)
+        first, second = (moved.position(pin) for pin in editor.pins)
+        return float((second - first).norm())
+
+    before, start = width(), page.axes
+    page.drag([float(v) for v in text.position(text.nearest(1500, 1080))], (12, -10))
+    assert page.axes != start
+    assert width() == pytest.approx(before, abs=0.5)
+    chip.locator("input").fill(str(before + 60))
+    chip.locator("input").press("Enter")
+    page.wait(200)
+    assert width() == pytest.approx(before + 60, abs=0.5)
+    chip.locator("button").click()
+    page.wait()
+    assert chip.count() == 0
+    page.page.keyboard.press("Control+z")
+    page.root.locator(".vfw-undo").click()
+    page.wait()
+    assert chip.count() == 1

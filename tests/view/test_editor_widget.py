@@ -531,3 +531,50 @@ def test_a_better_place_far_away_is_offered_and_not_taken(monkeypatch: pytest.Mo
         for axes in (reply["axes"], reply["elsewhere"])
     )
     assert there < here
+
+
+def test_constraints_are_terms_that_drags_keep(editor: Any) -> None:
+    left, right = editor.text.nearest(150, 500), editor.text.nearest(330, 500)
+    distance = vf.Distance(left, right)
+    editor.constraints = [distance]
+    (kept,) = editor.constraints
+    assert kept["kind"] == "Distance" and len(kept["handles"]) == 2
+    assert editor.comm.state["constraints"] == [kept]
+    handle = editor.text.nearest(1500, 1080)
+    x, y = editor.text.position(handle).tolist()
+    drag(editor, handle, x + 80, y + 60, phase="up")
+    first, second = (editor.text.position(editor.text.handle(*h)) for h in kept["handles"])
+    assert float((second - first).norm()) == pytest.approx(kept["value"], abs=0.5)
+    # The view reads and writes the same JSON.
+    editor.comm.update(constraints=[kept, {"kind": "Width", "value": 2500.0}])
+    assert editor.text.advance() == pytest.approx(2500, abs=0.5)
+    assert editor.undo() and editor.constraints == [kept]
+
+
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [
+        (3, "must be a list"),
+        ([3], "one of SharedX"),
+        ([{"kind": "Glue"}], "one of SharedX"),
+        ([{"kind": "SharedX", "handles": [[0, 0, 0, 0]]}], "2 points or more"),
+        ([{"kind": "Collinear", "handles": 3}], "3 points or more"),
+        ([{"kind": "Width", "value": float("nan")}], "length ≥ 0"),
+        ([{"kind": "Width"}], "length ≥ 0"),
+        ([{"kind": "SharedY", "handles": [[0, 0, 0, 0], [0, 0]]}], r"\[letter, contour"),
+        ([{"kind": "SharedY", "handles": [[0, 0, 0, 0], [9, 0, 0, 0]]}], "9"),
+    ],
+)
+def test_bad_constraints_are_one_clear_error(editor: Any, bad: Any, words: str) -> None:
+    with pytest.raises(vf.VFWidgetError, match=words):
+        editor.constraints = bad
+    assert editor.constraints == []
+    editor.comm.update(constraints=bad)
+    assert editor.error and editor.constraints == []
+    assert drag(editor, editor.text.nearest(1500, 1080), 1500, 1090)["ok"]
+
+
+def test_constraints_on_letters_that_are_gone_are_left_out(editor: Any) -> None:
+    editor.constraints = [vf.SharedY([editor.text.handle(0), editor.text.handle(1)])]
+    editor.text = vf.Text("roboto-flex", "n")
+    assert editor.constraints == []

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
 
 from ..energy.handle_terms import Pin, Target
 from ..energy.solution import Solution
 from ..energy.solve import solve
 from ..energy.term import Term
 from ..energy.word_terms import StayClose
+from ..errors import SolveError
 from ..text import Handle, Text
+from .constraints import terms
+from .state import State
 
 CALM = 0.001
 """√λ of Sec. 5.1, in ems: a drag moves an axis over its range only if it gains more than this."""
@@ -21,13 +24,7 @@ RESTART_SECONDS = 0.15
 
 
 def solve_drag(
-    start: Text,
-    press: Text,
-    target: Target,
-    pins: Sequence[Handle] = (),
-    locks: Sequence[str] = (),
-    *,
-    released: bool = False,
+    state: State, press: Text, target: Target | None = None, *, released: bool = False
 ) -> Solution:
     """Solve for the place to which the outline is dragged.
 
@@ -35,14 +32,12 @@ def solve_drag(
 
     Parameters
     ----------
-    start : Text
-        Where the solver sets out.
+    state : State
+        The text from which the solver sets out, and the pins, locks and constraints.
     press : Text
         The text when the pointer was pressed. Pins hold their positions there.
-    target : Target
-    pins : sequence of Handle
-    locks : sequence of str
-        Tags of axes that keep their values.
+    target : Target, optional
+        Without it, the axes only move to meet the constraints.
     released : bool
         Whether the pointer was released. Only then does the solver also look for a better place
         away from this one, because while the pointer moves, the letter must not jump.
@@ -51,14 +46,62 @@ def solve_drag(
     -------
     Solution
     """
-    terms: list[Term] = [target]
-    terms.append(StayClose((CALM * press.font.units_per_em) ** 2, press.theta))
-    terms += [Pin(pin, press.position(pin)) for pin in pins if pin != target.handle]
+    wanted: list[Term] = [] if target is None else [target]
+    wanted.append(StayClose((CALM * press.font.units_per_em) ** 2, press.theta))
+    dragged = None if target is None else target.handle
+    wanted += [Pin(pin, press.position(pin)) for pin in state.pins if pin != dragged]
+    wanted += terms(state.constraints, press)
     return solve(
-        start,
-        terms,
-        locks=locks,
+        state.text,
+        wanted,
+        locks=state.locks,
         max_iterations=RELEASE_ITERATIONS if released else MOVE_ITERATIONS,
         restarts=RESTARTS if released else 0,
         restart_seconds=RESTART_SECONDS,
     )
+
+
+class Drags:
+    """Solves the drag messages of the view, and remembers where each drag began.
+
+    Parameters
+    ----------
+    text : Text
+        The text of the editor when it is made.
+    """
+
+    def __init__(self, text: Text) -> None:
+        self._gesture: Any = None
+        self._press = text
+
+    def solve(self, message: dict[str, Any], state: State) -> tuple[Solution, Handle]:
+        """Solve one message.
+
+        Parameters
+        ----------
+        message : dict
+            As ``js/README.md`` describes it.
+        state : State
+            The state from which the solver sets out.
+
+        Returns
+        -------
+        Solution, Handle
+            What was found, and the point that is dragged.
+
+        Raises
+        ------
+        SolveError
+            The message is malformed.
+        """
+        try:
+            handle = state.text.handle(*message["handle"])
+            target = Target(handle, (float(message["x"]), float(message["y"])))
+        except (KeyError, TypeError, ValueError) as error:
+            raise SolveError(
+                f"This drag message is malformed ({type(error).__name__}: {error})."
+            ) from error
+        phase, gesture = message.get("phase"), (message.get("view"), handle)
+        if phase == "down" or gesture != self._gesture or self._press.word is not state.text.word:
+            self._gesture, self._press = gesture, state.text
+        return solve_drag(state, self._press, target, released=phase == "up"), handle

@@ -19,7 +19,6 @@ from typing import Any, overload
 import anywidget
 import traitlets
 
-from ..energy.handle_terms import Target
 from ..errors import SolveError, TextError, VFWidgetError
 from ..export.css import to_css
 from ..export.page import page, view
@@ -28,15 +27,16 @@ from ..font import Font
 from ..font.source import FontSource
 from ..text import AxisValues, Text
 from .bundle import PAGE_STYLE, built
-from .drag import solve_drag
+from .constraints import checked_constraints
+from .drag import Drags, solve_drag
 from .history import History
 from .snapshot import Snapshot
 from .state import State, checked_locks, checked_pins
 from .word import describe_word
 
-PAGE_TRAITS = ("_word", "axes", "shared", "_pins", "locks", "height", "theme")
+PAGE_TRAITS = ("_word", "axes", "shared", "_pins", "locks", "constraints", "height", "theme")
 """The traits that a view needs on a page without a kernel."""
-STATE_TRAITS = ["axes", "shared", "_pins", "locks"]
+STATE_TRAITS = ["axes", "shared", "_pins", "locks", "constraints"]
 """The traits in which the view changes the state."""
 SNAPSHOT_HEIGHT = 180
 """Pixels of the picture that a saved notebook shows."""
@@ -77,6 +77,11 @@ class Editor(anywidget.AnyWidget):
     pins : list of Handle
         Points that drags leave where they are. Set it to pin from code.
     locks : list of str
+    constraints : list of dict
+        What drags keep: points that share x or y, points on a line, a distance, the width of the
+        word. Each is JSON, such as ``{"kind": "Distance", "handles": [[0, 0, 3, 0.5], [0, 0, 9,
+        0]], "value": 60.0}``; you can also assign the terms :class:`SharedX`, :class:`SharedY`,
+        :class:`Collinear`, :class:`Distance` and :class:`Width`. The axes move to meet them.
     shared : bool
     height : int or None
     theme : str
@@ -102,6 +107,7 @@ class Editor(anywidget.AnyWidget):
     shared = traitlets.Bool().tag(sync=True, echo_update=False)
     _pins: traitlets.List[Any] = traitlets.List().tag(sync=True, echo_update=False)
     locks = traitlets.Any().tag(sync=True, echo_update=False)
+    constraints = traitlets.Any().tag(sync=True, echo_update=False)
     height = traitlets.Any(None).tag(sync=True)
     theme = traitlets.Enum(["auto", "light", "dark"], "auto").tag(sync=True)
     error = traitlets.Unicode().tag(sync=True)
@@ -139,7 +145,7 @@ class Editor(anywidget.AnyWidget):
         self._adopting = False
         self._naming: str | None = None
         self._history = History(state)
-        self._pressed: tuple[Any, Text] = (None, text)
+        self._drags = Drags(text)
         self._picture = Snapshot(
             lambda: to_svg(self.text, height=SNAPSHOT_HEIGHT, background="white")
         )
@@ -152,6 +158,7 @@ class Editor(anywidget.AnyWidget):
                 value=text.axes,
                 shared=text.shared,
                 locks=list(state.locks),
+                constraints=[],
                 height=height,
                 theme=theme,
                 _snapshot=self._picture.name,
@@ -264,6 +271,7 @@ class Editor(anywidget.AnyWidget):
             self.pins = list(state.pins)
             self._pins = state.pin_places
             self.locks = list(state.locks)
+            self.constraints = list(state.constraints)
             self._steps = [len(self._history.past), len(self._history.future)]
             self.error = ""
         self._picture.expire()
@@ -279,6 +287,10 @@ class Editor(anywidget.AnyWidget):
     @traitlets.validate("locks")
     def _check_locks(self, proposal: Any) -> list[str]:
         return list(checked_locks(proposal["value"], self.text))
+
+    @traitlets.validate("constraints")
+    def _check_constraints(self, proposal: Any) -> list[Any]:
+        return list(checked_constraints(proposal["value"], self.text))
 
     @traitlets.validate("height")
     def _check_height(self, proposal: Any) -> int | None:
@@ -314,10 +326,18 @@ class Editor(anywidget.AnyWidget):
     @traitlets.observe("pins", "_pins", "locks")
     def _on_marks(self, change: Any) -> None:
         if not self._adopting:
-            pins = self.pins if change["name"] == "pins" else self._pins
+            pins = checked_pins(self.pins if change["name"] == "pins" else self._pins, self.text)
             locks = checked_locks(self.locks, self.text)
-            pins = checked_pins(pins, self.text)
             self._adopt(replace(self._history.present, pins=pins, locks=locks))
+
+    @traitlets.observe("constraints")
+    def _on_constraints(self, _: Any) -> None:
+        if not self._adopting:
+            constraints = checked_constraints(self.constraints, self.text)
+            state = replace(self._history.present, constraints=constraints)
+            if constraints:
+                state = replace(state, text=solve_drag(state, state.text).text)
+            self._adopt(state)
 
     def set_state(self, sync_data: Any) -> None:
         """Take state from the view. What cannot be taken is shown there and undone."""
@@ -356,19 +376,9 @@ class Editor(anywidget.AnyWidget):
     def _drag(self, content: dict[str, Any]) -> dict[str, Any]:
         """Solve one drag event, from where the view has predicted it, and move the text there."""
         state = self._history.present
-        try:
-            start = self._moved(content["axes"]) if "axes" in content else state.text
-            handle = start.handle(*content["handle"])
-            target = Target(handle, (float(content["x"]), float(content["y"])))
-        except (KeyError, TypeError, ValueError) as error:
-            raise SolveError(f"This drag message is malformed ({_in_words(error)}).") from error
-        state = state.at(start)
-        gesture, (former, press) = (content.get("view"), handle), self._pressed
-        if content.get("phase") == "down" or gesture != former or press.word is not start.word:
-            press = start
-            self._pressed = (gesture, press)
-        released = content.get("phase") == "up"
-        solution = solve_drag(start, press, target, state.pins, state.locks, released=released)
+        if "axes" in content:
+            state = state.at(self._moved(content["axes"]))
+        solution, handle = self._drags.solve(content, state)
         self._naming = str(content.get("gesture") or "")
         try:
             self._adopt(replace(state, text=solution.text))

@@ -1,7 +1,8 @@
-"""The state of an editor, which undo brings back: a text, its pins and its locks."""
+"""The state of an editor, which undo brings back: a text and the marks on it."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from ..energy.handle_terms import Pin
 from ..errors import AxisError, SolveError
 from ..text import Handle, Text
+from .constraints import place
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,18 +24,22 @@ class State:
         Of this text.
     locks : tuple of str
         Tags of axes that drags leave as they are.
+    constraints : tuple of dict
+        As :mod:`.constraints` describes them.
     """
 
     text: Text
     pins: tuple[Handle, ...] = ()
     locks: tuple[str, ...] = ()
+    constraints: tuple[dict[str, Any], ...] = ()
 
     def at(self, text: Text) -> State:
-        """The same pins and locks on another text; what has no meaning there is left out."""
+        """The same marks on another text; what has no meaning there is left out."""
         same_letters = text.font is self.text.font and text.string == self.text.string
         pins = [text.handle(*place(pin)) for pin in self.pins] if same_letters else []
         tags = {axis.tag for axis in text.font.axes}
-        return State(text, tuple(pins), tuple(tag for tag in self.locks if tag in tags))
+        locks = tuple(tag for tag in self.locks if tag in tags)
+        return State(text, tuple(pins), locks, self.constraints if same_letters else ())
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, State) and self._key == other._key
@@ -44,24 +50,13 @@ class State:
     @property
     def _key(self) -> Any:
         text = self.text
-        theta = text.theta.numpy().tobytes()
-        return (
-            text.font,
-            text.string,
-            text.shared,
-            theta,
-            *map(tuple, self.pin_places),
-        ), self.locks
+        marks = json.dumps([self.pin_places, self.locks, self.constraints])
+        return text.font, text.string, text.shared, text.theta.numpy().tobytes(), marks
 
     @property
     def pin_places(self) -> list[list[float]]:
         """The pins as the view writes them, ``[letter, contour, segment, t]`` each."""
         return [place(pin) for pin in self.pins]
-
-
-def place(handle: Handle) -> list[Any]:
-    """A handle as JSON: ``[letter, contour, segment, t]``."""
-    return [handle.glyph, handle.contour, handle.segment, handle.t]
 
 
 def checked_pins(pins: Any, text: Text) -> tuple[Handle, ...]:

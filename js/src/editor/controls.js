@@ -130,6 +130,8 @@ export class Controls {
     this.id = id;
     /** @type {Row[]} */
     this.rows = [];
+    /** What each letter is called. @type {string[]} */
+    this.names = [];
     this.axes = html("div", { class: "vfw-axes" });
     this.summary = html("summary");
     this.letters = html("div", { class: "vfw-letters-bar", role: "group", "aria-label": "Letter that the sliders act on" });
@@ -141,8 +143,8 @@ export class Controls {
     // Rows stay where they can, and with them the focus and what is unfolded.
     if (!alike(word.axes, this.rows.map((row) => row.axis))) this.setAxes(word.axes);
     const characters = [...word.string];
-    const names = word.order.map((g, i) => (characters.length === word.order.length ? characters[i] : word.glyphs[g].name));
-    this.letters.replaceChildren(...names.map((name, i) => html("button", {
+    this.names = word.order.map((g, i) => (characters.length === word.order.length ? characters[i] : word.glyphs[g].name));
+    this.letters.replaceChildren(...this.names.map((name, i) => html("button", {
       type: "button", class: "vfw-chip", title: word.glyphs[word.order[i]].name,
       "aria-label": `Letter ${i + 1}, ${name}`, onclick: () => this.actions.select(i),
     }, name)));

@@ -1,12 +1,14 @@
 /** One view of a model: the word, what edits it, the panel, and what is said about it all. */
 import { html } from "../view/dom.js";
+import { Drag, PATIENCE } from "../solver/drag.js";
 import { Drawing } from "../view/drawing.js";
 import { conform } from "../word/decode.js";
 import { Channel } from "./channel.js";
+import { ConstraintBar } from "./constraints.js";
 import { Controls } from "./controls.js";
 import { DRAG, Gestures, ZOOM } from "./gestures.js";
 import { Marks } from "./marks.js";
-import { BETTER, BUSY, HINT, KEYS, placeInWords, UNSENT } from "./messages.js";
+import { BETTER, BUSY, HINT, KEYS, placeInWords, UNMET, UNSENT } from "./messages.js";
 import { Session, TRAITS } from "./session.js";
 import { Toolbar } from "./toolbar.js";
 
@@ -46,7 +48,10 @@ export class Editor {
       action(...values);
     });
     this.controls = new Controls({
-      set: act((changes, source) => this.session.setValues(changes, source)),
+      set: act((changes, source) => {
+        this.session.setValues(changes, source);
+        this.meet(this.session.constraints, source, Object.keys(changes));
+      }),
       begin: (source) => this.session.begin(source),
       lock: act((tag) => this.session.toggleLock(tag)),
       select: act((letter) => this.session.select(letter)),
@@ -65,12 +70,18 @@ export class Editor {
       }),
       fit: act(() => this.drawing.fit()),
     });
+    this.bar = new ConstraintBar({
+      add: act((kind) => this.constrain(kind)),
+      remove: act((index) => this.session.write({ constraints: this.session.constraints.filter((_, i) => i !== index) })),
+      change: act((index, value) => this.meet(this.session.constraints.map((c, i) => (i === index ? { ...c, value } : c)))),
+    });
+    this.toolbar.element.prepend(this.bar.menu);
     this.family = html("div", { class: "vfw-family" });
     this.line = html("div", { class: "vfw-status", role: "status", "aria-live": "polite", tabindex: 0 });
     this.better = html("button", { type: "button", class: "vfw-button vfw-better", hidden: true }, BETTER);
     this.root = html("div", { class: "vfwidget vfwidget-editor" },
       html("div", { class: "vfw-stage" }, this.family, this.drawing.svg, this.toolbar.window),
-      html("div", { class: "vfw-bar" }, this.line, this.better, this.toolbar.element), this.controls.element);
+      html("div", { class: "vfw-bar" }, this.line, this.better, this.toolbar.element), this.bar.element, this.controls.element);
     this.root.addEventListener("keydown", this.guard((event) => this.shortcut(event)), { signal: this.ending.signal });
     for (const [name, value] of Object.entries({ tabindex: 0, role: "application", "data-lm-suppress-shortcuts": "true" })) {
       this.drawing.svg.setAttribute(name, String(value));
@@ -156,6 +167,7 @@ export class Editor {
       drawing.draw(session.axes);
       const sets = Array.isArray(session.axes) ? session.axes : [session.axes];
       controls.show({ values: session.values, locks: session.locks, shared: session.shared, selected: session.selected });
+      this.bar.show(session.constraints, session.pins.length, (letter) => controls.names[letter] ?? "");
       toolbar.show({
         shared: session.shared, pins: session.pins.length, steps: session.steps,
         moved: sets.some((values) => word.axes.some((axis) => values[axis.tag] !== axis.default)),
@@ -186,6 +198,9 @@ export class Editor {
       mode,
       tether: grab?.stuck ? grab.target : null,
       pins,
+      constraints: session.constraints.map(({ kind, handles, value = 0 }) => (kind === "Width"
+        ? [[value, layout.word.descender], [value, layout.word.ascender]]
+        : handles.filter((handle) => layout.has(handle)).map((handle) => layout.position(handle)))),
       underline: session.shared || !(i in layout.x) ? null
         : [layout.x[i], layout.x[i] + layout.advance[i], layout.bottom(i) - 0.07 * layout.word.unitsPerEm],
     });
@@ -201,6 +216,31 @@ export class Editor {
     this.line.setAttribute("data-status", kind);
     const words = text || HINT;
     if (this.line.textContent !== words) this.line.textContent = this.line.title = words;
+  }
+
+  /** Makes the pins a constraint. @private @param {import("../solver/terms.js").Constraint["kind"]} kind */
+  constrain(kind) {
+    const { session, drawing: { layout } } = this;
+    if (layout === null) return;
+    const handles = kind === "Width" ? [] : session.pins.filter((pin) => layout.has(pin));
+    const [[x0, y0], [x1, y1]] = [0, 1].map((i) => (handles[i] ? layout.position(handles[i]) : [0, 0]));
+    const value = kind === "Width" ? layout.end : Math.hypot(x1 - x0, y1 - y0);
+    session.begin("constraint");
+    if (kind !== "Width") session.write({ _pins: [] }, "constraint");
+    const constraint = kind === "Width" || kind === "Distance" ? { kind, handles, value } : { kind, handles };
+    this.meet([...session.constraints, constraint], "constraint");
+  }
+
+  /**
+   * Moves the axes so that the constraints are met, by the least change.
+   * @private @param {import("../solver/terms.js").Constraint[]} constraints @param {string} [source] @param {string[]} [tags] axes to leave as they are
+   */
+  meet(constraints, source = "constraint", tags = []) {
+    const { session } = this;
+    if (session.word === null || (constraints.length === 0 && session.constraints.length === 0)) return;
+    const drag = new Drag(session.word, session.axes, { constraints, locks: [...session.locks, ...tags] }), place = drag.to(null, 10 * PATIENCE);
+    session.write({ constraints, axes: place.axes }, source);
+    if (!place.met) this.say("unreachable", UNMET);
   }
 
   /** Asks the model for a step of its history. @private @param {"undo" | "redo" | "restart"} type */

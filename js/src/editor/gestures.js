@@ -322,7 +322,7 @@ export class Gestures {
     if (grab.by === "keys") session.resume(KEYS);
     else session.begin(DRAG);
     const pins = session.pins.filter((pin) => layout.has(pin) && !same(pin, grab.handle));
-    grab.drag = new Drag(layout.word, grab.before, { handle: grab.handle, pins, locks: session.locks });
+    grab.drag = new Drag(layout.word, grab.before, { ...session.wishes, handle: grab.handle, pins });
     this.say(grab, "down", grab.origin);
   }
 

@@ -12,7 +12,8 @@ export class Marks {
     this.target = svg("circle", { class: "vfw-target" });
     this.pins = svg("g", { class: "vfw-pins" });
     this.handle = svg("circle", { class: "vfw-handle" });
-    group.append(this.underline, this.tether, this.target, this.pins, this.handle);
+    this.constraints = svg("path", { class: "vfw-constraint-lines" });
+    group.append(this.constraints, this.underline, this.tether, this.target, this.pins, this.handle);
   }
 
   /**
@@ -22,9 +23,12 @@ export class Marks {
    * @param {string} state.mode "hover" | "drag" | "keys"
    * @param {[number, number] | null} state.tether the target that the handle cannot follow to
    * @param {{at: [number, number], index: number, hot: boolean}[]} state.pins
+   * @param {[number, number][][]} state.constraints the points of each
    * @param {[number, number, number] | null} state.underline left, right, y
    */
-  show({ pixel, handle, mode, tether, pins, underline }) {
+  show({ pixel, handle, mode, tether, pins, constraints, underline }) {
+    this.constraints.setAttribute("d", constraints.map((points) =>
+      points.map(([x, y], i) => `${i ? "L" : "M"}${x} ${-y}`).join("")).join(""));
     const on = tether !== null && handle !== null;
     place(this.handle, handle, { r: HANDLE * pixel });
     this.handle.setAttribute("data-mode", mode);

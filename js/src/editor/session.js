@@ -3,13 +3,14 @@
  * the view runs ahead of it while a drag is being answered and while a write of its own waits.
  */
 import { alike, complete, conform, decodeWord } from "../word/decode.js";
+import { checkConstraint } from "./constraints.js";
 
 /**
  * @typedef {import("../word/forward.js").Handle} Handle
  * @typedef {Record<string, number>} Values
- * @typedef {"_word" | "axes" | "shared" | "_pins" | "locks" | "error" | "_steps" | "height" | "theme"} Trait
+ * @typedef {"_word" | "axes" | "shared" | "_pins" | "locks" | "constraints" | "error" | "_steps" | "height" | "theme"} Trait
  */
-export const TRAITS = /** @type {const} */ (["_word", "axes", "shared", "_pins", "locks", "error", "_steps", "height", "theme"]);
+export const TRAITS = /** @type {const} */ (["_word", "axes", "shared", "_pins", "locks", "constraints", "error", "_steps", "height", "theme"]);
 
 /** Milliseconds between two changes by the same control that still count as one gesture. */
 const PAUSE = 1000;
@@ -28,6 +29,8 @@ export class Session {
     this.pins = [];
     /** Tags of axes that drags leave as they are. @type {string[]} */
     this.locks = [];
+    /** @type {import("../solver/terms.js").Constraint[]} */
+    this.constraints = [];
     this.error = "";
     /** How many steps can be undone and redone. */
     this.steps = [0, 0];
@@ -68,7 +71,7 @@ export class Session {
       fresh = true;
       this.word = word;
       this.selected = Math.min(this.selected, Math.max(0, word.order.length - 1));
-      for (const trait of /** @type {const} */ (["axes", "shared", "_pins"])) this.stale.add(trait);
+      for (const trait of /** @type {const} */ (["axes", "shared", "_pins", "constraints"])) this.stale.add(trait);
       // What is said of the old word means nothing on the new one.
       this.waiting = {};
       this.axes = conform(word, {}, this.shared, this.selected);
@@ -94,6 +97,9 @@ export class Session {
         if (!Array.isArray(locks)) throw new Error("the locks are not a list");
         this.locks = locks.map(String);
       });
+    }
+    if (!("constraints" in this.waiting)) {
+      this.read("constraints", () => (this.constraints = [...this.model.get("constraints") ?? []].map(checkConstraint)));
     }
     this.read("_steps", () => (this.steps = [0, 1].map((i) => Number(this.model.get("_steps")?.[i]) || 0)));
     this.read("height", () => (this.height = Number(this.model.get("height")) || null));
@@ -137,7 +143,7 @@ export class Session {
 
   /**
    * Shows a change at once and keeps it for `flush`.
-   * @param {{axes?: any, shared?: boolean, _pins?: Handle[], locks?: string[]}} patch
+   * @param {{axes?: any, shared?: boolean, _pins?: Handle[], locks?: string[], constraints?: any[]}} patch
    * @param {string} [source] what makes the change; changes of one source in quick succession are one step of undo
    */
   write(patch, source = "") {
@@ -147,6 +153,7 @@ export class Session {
     if (patch.shared !== undefined) this.shared = patch.shared;
     if (patch._pins) this.pins = patch._pins;
     if (patch.locks) this.locks = patch.locks;
+    if (patch.constraints) this.constraints = patch.constraints;
     this.version++;
     this.changed();
   }
@@ -171,6 +178,11 @@ export class Session {
     for (const [trait, value] of patch) this.model.set(trait, value);
     this.model.save_changes();
     return true;
+  }
+
+  /** What drags keep as it is. */
+  get wishes() {
+    return { locks: this.locks, constraints: this.constraints };
   }
 
   /** The values that the sliders act on. @returns {Values} */

@@ -1,9 +1,9 @@
 /** The energy of one drag (Sec. 5.1) and its minimum, which the view draws before the kernel has answered. No DOM. */
 import { coordinates, denormalize } from "../word/forward.js";
-import { Positions } from "../word/positions.js";
+import { END, Positions } from "../word/positions.js";
 import { add } from "./box.js";
 import { minimise } from "./levenberg_marquardt.js";
-import { pin, target } from "./terms.js";
+import { constraintTerm, pin, target } from "./terms.js";
 
 /**
  * @typedef {import("../word/forward.js").Handle} Handle
@@ -25,20 +25,27 @@ export class Drag {
    * @param {import("../word/decode.js").Word} word
    * @param {Values | Values[]} axes at the press: user values, one object or one for each letter
    * @param {object} wishes
-   * @param {Handle} wishes.handle the point that is dragged
+   * @param {Handle | null} [wishes.handle] the point that is dragged, if any
    * @param {Handle[]} [wishes.pins] held where they are at the press
    * @param {Iterable<string>} [wishes.locks] tags of axes that stay as they are
+   * @param {import("./terms.js").Constraint[]} [wishes.constraints]
    */
-  constructor(word, axes, { handle, pins = [], locks = [] }) {
+  constructor(word, axes, { handle = null, pins = [], locks = [], constraints = [] }) {
     const shared = !Array.isArray(axes), vectors = shared ? [axes] : axes, n = word.axes.length;
     this.word = word;
     this.press = axes;
-    this.positions = new Positions(word, [handle, ...pins], shared);
+    /** @type {(Handle | typeof END)[]} */
+    const points = [handle ?? END, ...pins], firsts = constraints.map(({ kind, handles }) => points.push(...(kind === "Width" ? [END] : handles)));
+    this.positions = new Positions(word, points, shared);
     const home = new Float64Array(this.positions.size);
     vectors.forEach((values, v) => coordinates(word, values, home.subarray(v * n, (v + 1) * n)));
     this.home = this.x = home;
     const { x, y } = this.positions.evaluate(home);
-    this.pins = pins.map((_, i) => pin(i + 1, [x[i + 1], y[i + 1]]));
+    this.held = pins.map((_, i) => pin(i + 1, [x[i + 1], y[i + 1]]));
+    constraints.forEach((constraint, i) => {
+      const count = constraint.kind === "Width" ? 1 : constraint.handles.length;
+      this.held.push(constraintTerm(constraint, firsts[i] - count));
+    });
     const locked = new Set(locks), kinks = this.positions.kinks();
     const bound = (/** @type {"minimum" | "maximum"} */ end) => home.map((w, i) => {
       const axis = word.axes[i % n];
@@ -51,18 +58,19 @@ export class Drag {
   }
 
   /**
-   * Drags the point to a place. Each call starts where the last one ended, and prefers places near the press.
-   * @param {[number, number]} place @param {number} [milliseconds] at most, by default as long as it takes
+   * Drags the point to a place, or without one meets the constraints. Each call starts where the last one ended, and
+   * prefers places near the press.
+   * @param {[number, number] | null} place @param {number} [milliseconds] at most, by default as long as it takes
    * @returns {Place}
    */
   to(place, milliseconds) {
-    const terms = [target(0, place), ...this.pins];
+    const terms = place ? [target(0, place), ...this.held] : this.held;
     const evaluate = (/** @type {Float64Array} */ theta) => rows(terms, this.positions.evaluate(theta));
     const { x, active, cost } = minimise({ ...this.problem, evaluate }, this.x, ITERATIONS, milliseconds);
     this.x = x;
     this.cost = cost;
     this.positions.evaluate(x);
-    const missing = Math.max(...terms.map((term) => term.miss(term.rows(this.positions.x, this.positions.y).map((row) => row.value))));
+    const missing = Math.max(0, ...terms.map((term) => term.miss(term.rows(this.positions.x, this.positions.y).map((row) => row.value))));
     const n = this.word.axes.length;
     const held = Array.from(active, (end, i) => ({ axis: i % n, letter: Math.floor(i / n), end })).filter(({ end }) => end !== 0);
     return { axes: this.axes, met: missing <= MET, missing, held: /** @type {Place["held"]} */ (held) };

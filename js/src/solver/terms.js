@@ -21,3 +21,76 @@ export const target = (point, place, weight = 1) => ({
 
 /** Holds a point at a place. @param {number} point @param {[number, number]} place */
 export const pin = (point, place) => target(point, place, PIN_WEIGHT);
+
+/**
+ * Keeps points on one vertical line (coordinate 0) or one horizontal line (coordinate 1), wherever it is.
+ * @param {number[]} points @param {0 | 1} coordinate @returns {Term}
+ */
+const aligned = (points, coordinate) => ({
+  weight: PIN_WEIGHT,
+  rows: (x, y) => {
+    const along = points.map((point) => (coordinate ? y : x)[point]), mean = along.reduce((a, b) => a + b) / along.length;
+    return points.map((_, i) => ({
+      value: along[i] - mean,
+      by: points.map((point, j) => {
+        const part = (i === j ? 1 : 0) - 1 / points.length;
+        return /** @type {[number, number, number]} */ (coordinate ? [point, 0, part] : [point, part, 0]);
+      }),
+    }));
+  },
+  miss: (values) => Math.max(...values) - Math.min(...values),
+});
+
+/** Keeps points on the straight line through the first and the last. @param {number[]} points @returns {Term} */
+const collinear = (points) => ({
+  weight: PIN_WEIGHT,
+  rows: (x, y) => {
+    const [first, ...rest] = points, last = /** @type {number} */ (rest.pop());
+    const dx = x[last] - x[first], dy = y[last] - y[first], length = Math.hypot(dx, dy) || 1, [nx, ny] = [-dy / length, dx / length];
+    return rest.map((point) => {
+      const ox = x[point] - x[first], oy = y[point] - y[first];
+      // Turning the line about its start by the last point's move across it.
+      const turn = (ox * dx + oy * dy) / length ** 2;
+      return {
+        value: ox * nx + oy * ny,
+        by: [[point, nx, ny], [last, -turn * nx, -turn * ny], [first, (turn - 1) * nx, (turn - 1) * ny]],
+      };
+    });
+  },
+  miss: (values) => Math.max(...values.map(Math.abs)),
+});
+
+/** Keeps two points at a distance. @param {number[]} points @param {number} length @returns {Term} */
+const distance = ([first, second], length) => ({
+  weight: PIN_WEIGHT,
+  rows: (x, y) => {
+    const dx = x[second] - x[first], dy = y[second] - y[first], size = Math.hypot(dx, dy), [ux, uy] = size > 0 ? [dx / size, dy / size] : [1, 0];
+    return [{ value: size - length, by: [[first, -ux, -uy], [second, ux, uy]] }];
+  },
+  miss: ([value]) => Math.abs(value),
+});
+
+/** Keeps the end of the word at a width. @param {number} end the point at the end @param {number} width @returns {Term} */
+const width = (end, width) => ({
+  weight: PIN_WEIGHT, rows: (x) => [{ value: x[end] - width, by: [[end, 1, 0]] }], miss: ([value]) => Math.abs(value),
+});
+
+/**
+ * @typedef {{kind: "SharedX" | "SharedY" | "Collinear" | "Distance" | "Width", handles: import("../word/forward.js").Handle[], value?: number}} Constraint
+ *   `value`: the distance or the width, in font units
+ */
+
+/**
+ * The term of a constraint; its points are those from `first` on.
+ * @param {Constraint} constraint @param {number} first @returns {Term}
+ */
+export function constraintTerm({ kind, handles, value = 0 }, first) {
+  const points = handles.map((_, i) => first + i);
+  switch (kind) {
+    case "SharedX": return aligned(points, 0);
+    case "SharedY": return aligned(points, 1);
+    case "Collinear": return collinear(points);
+    case "Distance": return distance(points, value);
+    case "Width": return width(first, value);
+  }
+}

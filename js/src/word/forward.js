@@ -202,6 +202,12 @@ export class Layout {
     return this;
   }
 
+  /** Where the last letter's advance ends. */
+  get end() {
+    const last = this.x.length - 1;
+    return last < 0 ? 0 : this.x[last] - this.word.offsets[last][0] + this.advance[last];
+  }
+
   /** Is there such a point? @param {any} handle */
   has(handle) {
     if (!Array.isArray(handle) || handle.length < 4) return false;

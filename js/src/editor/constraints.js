@@ -1,0 +1,76 @@
+/** Constraints between points: the menu that adds them, and a chip for each that names it and removes it. */
+import { html } from "../view/dom.js";
+
+/**
+ * @typedef {import("../solver/terms.js").Constraint} Constraint
+ * @typedef {Constraint["kind"]} Kind
+ * @typedef {object} Actions
+ * @property {(kind: Kind) => void} add from the pins
+ * @property {(index: number) => void} remove
+ * @property {(index: number, value: number) => void} change the distance or the width
+ */
+
+/** What each kind is called, and how many pins it takes. @type {Record<Kind, {label: string, least: number, most: number}>} */
+export const KINDS = {
+  SharedX: { label: "Align vertically", least: 2, most: Infinity },
+  SharedY: { label: "Align horizontally", least: 2, most: Infinity },
+  Collinear: { label: "Keep on a line", least: 3, most: Infinity },
+  Distance: { label: "Keep the distance", least: 2, most: 2 },
+  Width: { label: "Keep the width of the word", least: 0, most: Infinity },
+};
+
+/** @param {any} raw @returns {Constraint} */
+export function checkConstraint(raw) {
+  const kind = /** @type {Kind} */ (raw?.kind), handles = raw?.handles ?? [];
+  if (!Object.hasOwn(KINDS, kind) || !Array.isArray(handles)) throw new Error("a constraint is malformed");
+  if (kind !== "Width" && (handles.length < KINDS[kind].least || handles.length > KINDS[kind].most)) {
+    throw new Error(`the constraint ${KINDS[kind].label.toLowerCase()} has ${handles.length} points`);
+  }
+  if (kind !== "Distance" && kind !== "Width") return { kind, handles };
+  if (typeof raw.value !== "number" || !(raw.value >= 0)) throw new Error("the value of a constraint is not a number");
+  return { kind, handles, value: raw.value };
+}
+
+export class ConstraintBar {
+  /** @param {Actions} actions */
+  constructor(actions) {
+    this.actions = actions;
+    this.options = Object.entries(KINDS).map(([kind, { label }]) => html("option", { value: kind }, label));
+    this.menu = html("select", {
+      class: "vfw-add-constraint", "aria-label": "Add a constraint", "data-lm-suppress-shortcuts": "true",
+      title: "Pin the points first; a constraint takes the place of their pins.",
+      onchange: () => {
+        const kind = /** @type {Kind} */ (this.menu.value);
+        this.menu.value = "";
+        if (Object.hasOwn(KINDS, kind)) actions.add(kind);
+      },
+    }, html("option", { value: "" }, "Add a constraint"), ...this.options);
+    this.element = html("div", { class: "vfw-constraints", role: "group", "aria-label": "Constraints" });
+    this.shown = "";
+  }
+
+  /** @param {Constraint[]} constraints @param {number} pins @param {(letter: number) => string} nameOf a letter's name */
+  show(constraints, pins, nameOf) {
+    for (const option of this.options) {
+      const { least, most } = KINDS[/** @type {Kind} */ (option.value)];
+      option.disabled = pins < least || pins > most;
+    }
+    const names = constraints.map(({ kind, handles }) =>
+      [KINDS[kind].label, ...(kind === "Width" ? [] : [handles.map(([letter]) => nameOf(letter)).join(", ")])].join(": "));
+    const state = JSON.stringify([names, constraints.map(({ value }) => value)]);
+    if (state === this.shown) return;
+    this.shown = state;
+    this.element.replaceChildren(...constraints.map(({ value }, i) => this.chip(names[i], i, value)));
+  }
+
+  /** @private @param {string} name @param {number} index @param {number} [value] */
+  chip(name, index, value) {
+    const remove = html("button", { type: "button", "aria-label": `Remove: ${name}`, title: "Remove", onclick: () => this.actions.remove(index) }, "×");
+    if (value === undefined) return html("span", { class: "vfw-constraint" }, name, remove);
+    const input = html("input", {
+      type: "number", min: 0, step: "any", value: Math.round(value * 10) / 10, "aria-label": `${name}, font units`, "data-lm-suppress-shortcuts": "true",
+      onchange: () => input.valueAsNumber >= 0 && this.actions.change(index, input.valueAsNumber),
+    });
+    return html("span", { class: "vfw-constraint" }, name, input, remove);
+  }
+}
