@@ -29,7 +29,8 @@ from nbformat.v4 import new_output
 from pygments.formatters import HtmlFormatter
 
 from vfwidget.export.page import page, view
-from vfwidget.view.editor import PAGE_TRAITS, Editor
+from vfwidget.view.editor import Editor
+from vfwidget.view.exports import PAGE_TRAITS
 
 ROOT = Path(__file__).parents[1]
 STYLE = Path(__file__).with_suffix(".css").read_text(encoding="utf-8")

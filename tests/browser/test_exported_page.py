@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from fontTools.pens.areaPen import AreaPen
+from fontTools.svgLib.path import parse_path
+from PIL import Image
 
 import vfwidget as vf
+from vfwidget.outline.cubics import AREA
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
@@ -337,3 +342,28 @@ def test_pins_become_a_constraint_that_drags_keep_and_that_can_be_removed(show: 
     page.root.locator(".vfw-undo").click()
     page.wait()
     assert chip.count() == 1
+
+
+def test_the_word_is_saved_as_svg_and_png_and_copied_as_css(show: Any) -> None:
+    page = show(hand())
+    menu = page.root.locator(".vfw-save")
+    with page.page.expect_download() as saved:
+        menu.select_option("Save SVG")
+    root = ET.parse(saved.value.path()).getroot()
+    # An area in font units, from a file that knows nothing of the view.
+    area = 0.0
+    for path in root.findall("{http://www.w3.org/2000/svg}path"):
+        pen = AreaPen()
+        parse_path(path.get("d"), pen)
+        area += pen.value
+    outlines = page.text.points().numpy()[page.text.word.contours.segments]
+    x, y = outlines[..., 0], outlines[..., 1]
+    assert abs(area) == pytest.approx(abs((x * (y @ AREA.T)).sum()), rel=1e-3)
+    with page.page.expect_download() as saved:
+        menu.select_option("Save PNG")
+    with Image.open(saved.value.path()) as image:
+        assert image.height == 1000
+        assert image.getchannel("A").getextrema() == (0, 255)
+    menu.select_option("Copy CSS")
+    page.wait(200)
+    assert "Copied" in page.root.locator(".vfw-status").inner_text()

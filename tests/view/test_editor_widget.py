@@ -377,9 +377,11 @@ def test_a_bad_start_is_one_clear_error(arguments: Any, error: type[Exception]) 
         vf.Editor(*arguments)
 
 
-def test_a_misspelled_keyword_is_a_clear_error() -> None:
-    with pytest.raises(TypeError, match="axis"):
-        vf.Editor("recursive", "a", axis={"wght": 3})  # type: ignore[call-arg]
+def test_a_misspelled_keyword_is_named_with_the_one_it_resembles() -> None:
+    with pytest.raises(TypeError, match="no option 'axis'; did you mean 'axes'"):
+        vf.Editor("recursive", "a", axis={"wght": 3})
+    with pytest.raises(TypeError, match="no option 'zzz'; there are font, string"):
+        vf.Editor("recursive", "a", zzz=1)
 
 
 def test_each_assignment_and_each_gesture_of_the_view_is_one_step(editor: Any) -> None:
@@ -557,8 +559,8 @@ def test_constraints_are_terms_that_drags_keep(editor: Any) -> None:
         (3, "must be a list"),
         ([3], "one of SharedX"),
         ([{"kind": "Glue"}], "one of SharedX"),
-        ([{"kind": "SharedX", "handles": [[0, 0, 0, 0]]}], "2 points or more"),
-        ([{"kind": "Collinear", "handles": 3}], "3 points or more"),
+        ([{"kind": "SharedX", "handles": [[0, 0, 0, 0]]}], "2 to 1000 points"),
+        ([{"kind": "Collinear", "handles": 3}], "3 to 1000 points"),
         ([{"kind": "Width", "value": float("nan")}], "length ≥ 0"),
         ([{"kind": "Width"}], "length ≥ 0"),
         ([{"kind": "SharedY", "handles": [[0, 0, 0, 0], [0, 0]]}], r"\[letter, contour"),
@@ -578,3 +580,25 @@ def test_constraints_on_letters_that_are_gone_are_left_out(editor: Any) -> None:
     editor.constraints = [vf.SharedY([editor.text.handle(0), editor.text.handle(1)])]
     editor.text = vf.Text("roboto-flex", "n")
     assert editor.constraints == []
+
+
+def test_callbacks_hear_of_changes_and_of_releases(editor: Any) -> None:
+    changes: list[Any] = []
+    releases: list[Any] = []
+    editor.on_change(lambda e: changes.append(e.axes))
+    editor.on_release(lambda e: releases.append(e.axes))
+    handle = editor.text.nearest(1500, 1080)
+    x, y = editor.text.position(handle).tolist()
+    for seq, phase in enumerate(["down", "move", "move", "up"]):
+        drag(editor, handle, x, y + 10 * seq, seq=seq, phase=phase)
+    editor.axes = {"wght": 300}
+    assert len(changes) >= 3
+    assert len(releases) == 1 and releases[0] == changes[-2]
+
+    def fails(_: Any) -> None:
+        raise RuntimeError("no luck")
+
+    editor.on_release(fails)
+    reply = drag(editor, handle, x, y, phase="up")
+    assert reply["ok"] is False and "no luck" in reply["error"]
+    assert drag(editor, handle, x, y)["ok"]

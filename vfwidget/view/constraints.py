@@ -12,7 +12,9 @@ from ..energy.word_terms import Width
 from ..errors import SolveError
 from ..text import Handle, Text
 
-COUNTS = {"SharedX": (2, None), "SharedY": (2, None), "Collinear": (3, None), "Distance": (2, 2)}
+MOST = 1000
+"""Points of one constraint: each is a row of the solver's matrices."""
+COUNTS = {"SharedX": (2, MOST), "SharedY": (2, MOST), "Collinear": (3, MOST), "Distance": (2, 2)}
 """The least and the greatest number of points of each kind."""
 VALUED = ("Distance", "Width")
 """Kinds with a length in font units."""
@@ -54,9 +56,9 @@ def _checked(constraint: Any, text: Text) -> dict[str, Any]:
     if kind in COUNTS:
         least, most = COUNTS[kind]
         handles = raw.get("handles")
-        count = len(handles) if isinstance(handles, list | tuple) else 0
-        if count < least or (most is not None and count > most):
-            raise SolveError(f"{kind} takes {least} points or more; received {handles!r}.")
+        if not isinstance(handles, list | tuple) or not least <= len(handles) <= most:
+            number = f"{least} points" if most == least else f"{least} to {most} points"
+            raise SolveError(f"{kind} takes {number}; received {handles!r}.")
         checked["handles"] = [_checked_place(handle, text) for handle in handles]
     if kind in VALUED:
         value = raw.get("value")
@@ -74,7 +76,10 @@ def _checked_place(handle: Any, text: Text) -> list[Any]:
 
 def _from_term(term: Term, text: Text) -> dict[str, Any]:
     """A term as JSON. The handles may belong to a former word with the same letters."""
-    raw = {"kind": type(term).__name__, "handles": [place(handle) for handle in term.handles]}
+    raw: dict[str, Any] = {
+        "kind": type(term).__name__,
+        "handles": [place(handle) for handle in term.handles],
+    }
     if isinstance(term, Width):
         return {"kind": "Width", "value": term.width}
     if isinstance(term, Distance):
@@ -94,7 +99,8 @@ def terms(constraints: tuple[dict[str, Any], ...], text: Text) -> list[Term]:
         if kind == "Width":
             made.append(Width(constraint["value"], weight=PIN_WEIGHT))
         elif kind == "Distance":
-            made.append(Distance(*handles, length=constraint["value"], weight=PIN_WEIGHT))
+            first, second = handles
+            made.append(Distance(first, second, constraint["value"], weight=PIN_WEIGHT))
         else:
             several = {"SharedX": SharedX, "SharedY": SharedY, "Collinear": Collinear}[kind]
             made.append(several(handles, weight=PIN_WEIGHT))

@@ -8,43 +8,37 @@ flight. ``js/README.md`` states the contract.
 
 from __future__ import annotations
 
-import os
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 import anywidget
 import traitlets
 
 from ..errors import SolveError, TextError, VFWidgetError
-from ..export.css import to_css
-from ..export.page import page, view
 from ..export.svg import to_svg
 from ..font import Font
 from ..font.source import FontSource
 from ..text import AxisValues, Text
-from .bundle import PAGE_STYLE, built
+from .bundle import built
 from .constraints import checked_constraints
 from .drag import Drags, solve_drag
+from .exports import Exports
 from .history import History
+from .options import checked_height, refuse_unknown
 from .snapshot import Snapshot
 from .state import State, checked_locks, checked_pins
 from .word import describe_word
 
-PAGE_TRAITS = ("_word", "axes", "shared", "_pins", "locks", "constraints", "height", "theme")
-"""The traits that a view needs on a page without a kernel."""
 STATE_TRAITS = ["axes", "shared", "_pins", "locks", "constraints"]
 """The traits in which the view changes the state."""
 SNAPSHOT_HEIGHT = 180
 """Pixels of the picture that a saved notebook shows."""
-HEIGHTS = (80, 4000)
-"""Pixels between which the height of the picture is useful."""
 
 
-class Editor(anywidget.AnyWidget):
+class Editor(Exports, anywidget.AnyWidget):
     """A word to drag by its outline, with a slider for every axis.
 
     Hover over the outline to see the nearest point; press and drag to move it; click to pin or
@@ -64,6 +58,9 @@ class Editor(anywidget.AnyWidget):
         Height of the picture in pixels, 80 to 4000. By default it follows the width.
     theme : {"auto", "light", "dark"}
         The colours; by default those of the notebook.
+    throttle : int
+        The least number of milliseconds between two moves that the view sends to the kernel while
+        the pointer drags. Default 0; the view never waits for the kernel to draw.
 
     Attributes
     ----------
@@ -85,6 +82,7 @@ class Editor(anywidget.AnyWidget):
     shared : bool
     height : int or None
     theme : str
+    throttle : int
     history : list of Text
         The states up to the present one, oldest first.
     error : str
@@ -110,6 +108,7 @@ class Editor(anywidget.AnyWidget):
     constraints = traitlets.Any().tag(sync=True, echo_update=False)
     height = traitlets.Any(None).tag(sync=True)
     theme = traitlets.Enum(["auto", "light", "dark"], "auto").tag(sync=True)
+    throttle = traitlets.Int(0, min=0, max=10_000).tag(sync=True)
     error = traitlets.Unicode().tag(sync=True)
     _steps = traitlets.List([0, 0]).tag(sync=True)
     _gesture = traitlets.Unicode().tag(sync=True, echo_update=False)
@@ -128,7 +127,10 @@ class Editor(anywidget.AnyWidget):
         locks: Sequence[str] = (),
         height: int | None = None,
         theme: str = "auto",
+        throttle: int = 0,
+        **unknown: Any,
     ) -> None:
+        refuse_unknown(unknown, Editor.__init__)
         if isinstance(font, Text):
             if string is not None or axes is not None:
                 raise TextError(
@@ -146,6 +148,7 @@ class Editor(anywidget.AnyWidget):
         self._naming: str | None = None
         self._history = History(state)
         self._drags = Drags(text)
+        self._on_release: list[Callable[[Editor], object]] = []
         self._picture = Snapshot(
             lambda: to_svg(self.text, height=SNAPSHOT_HEIGHT, background="white")
         )
@@ -161,6 +164,7 @@ class Editor(anywidget.AnyWidget):
                 constraints=[],
                 height=height,
                 theme=theme,
+                throttle=throttle,
                 _snapshot=self._picture.name,
             )
         self.on_msg(self._receive)
@@ -194,47 +198,31 @@ class Editor(anywidget.AnyWidget):
         """Go back to the state in which the editor began. This can be undone."""
         self._step(self._history.restart)
 
+    def on_change(self, callback: Callable[[Editor], object]) -> None:
+        """Call a function after every change of the axes, also while a point is dragged.
+
+        Parameters
+        ----------
+        callback : callable
+            It receives the editor.
+        """
+        self.observe(lambda _: callback(self), "axes")
+
+    def on_release(self, callback: Callable[[Editor], object]) -> None:
+        """Call a function when a drag has ended.
+
+        Parameters
+        ----------
+        callback : callable
+            It receives the editor. If it raises, the view shows the error.
+        """
+        self._on_release.append(callback)
+
     def _step(self, move: Any) -> Any:
         with self._lock:
             done = move()
             self._show()
         return done
-
-    @overload
-    def to_html(self) -> str: ...
-    @overload
-    def to_html(self, path: str | os.PathLike[str]) -> None: ...
-    def to_html(self, path: str | os.PathLike[str] | None = None) -> str | None:
-        """Write the editor as a page of its own, which needs neither a kernel nor a network.
-
-        The page starts at the present axes. The outline can be dragged as in the notebook, because
-        the page contains the solver for targets, pins and locks.
-
-        Parameters
-        ----------
-        path : str or path, optional
-            The file to write. Without it, the page is returned.
-
-        Returns
-        -------
-        str or None
-        """
-        with self._lock:
-            body = view(self.get_state(PAGE_TRAITS))
-            title = f"{self.text.string} in {self.text.font.family_name}"
-        made = page(title, body, self._esm, self._css + PAGE_STYLE)
-        if path is None:
-            return made
-        Path(path).write_text(made, encoding="utf-8")
-        return None
-
-    def to_svg(self) -> str:
-        """Draw the word as it stands, as an SVG document."""
-        return to_svg(self.text)
-
-    def to_css(self) -> str:
-        """Write the CSS declarations that set the word in its font at the present axes."""
-        return to_css(self.text)
 
     def _ipython_display_(self) -> None:
         """Show the editor, and below it a picture that a saved notebook keeps."""
@@ -294,12 +282,7 @@ class Editor(anywidget.AnyWidget):
 
     @traitlets.validate("height")
     def _check_height(self, proposal: Any) -> int | None:
-        height, (low, high) = proposal["value"], HEIGHTS
-        if height is None:
-            return None
-        if not isinstance(height, int | float) or not low <= height <= high:
-            raise TextError(f"height must be {low} to {high} pixels; received {height!r}.")
-        return int(height)
+        return checked_height(proposal["value"])
 
     def _moved(self, axes: Any) -> Text:
         """The text at other axes, with shared or separate axes as ``shared`` says."""
@@ -384,6 +367,9 @@ class Editor(anywidget.AnyWidget):
             self._adopt(replace(state, text=solution.text))
         finally:
             self._naming = None
+        if content.get("phase") == "up":
+            for callback in self._on_release:
+                callback(self)
         return {
             "ok": True,
             "axes": self.axes,

@@ -7,13 +7,16 @@
 /**
  * @typedef {{phase: "down" | "move" | "up", handle: number[], x: number, y: number, axes: any, gesture: string}} Body
  * @typedef {Body & {type: "drag", view: string, seq: number}} Message
- * @typedef {{setTimeout: (callback: () => void, ms: number) => any, clearTimeout: (id: any) => void}} Clock
+ * @typedef {{setTimeout: (callback: () => void, ms: number) => any, clearTimeout: (id: any) => void, readonly now: number}} Clock
  */
 
 /** @type {Clock} */
 const realClock = {
   setTimeout: (callback, ms) => globalThis.setTimeout(callback, ms),
   clearTimeout: (id) => globalThis.clearTimeout(id),
+  get now() {
+    return performance.now();
+  },
 };
 
 export class Channel {
@@ -42,6 +45,11 @@ export class Channel {
     this.waiting = [];
     /** @type {any} */
     this.timer = null;
+    /** The least time between two moves. */
+    this.throttle = 0;
+    this.sentAt = -Infinity;
+    /** @type {any} */
+    this.pause = null;
     /** `replaced`: moves that a later one made needless; `dropped`: answers that came too late. */
     this.stats = { sent: 0, answered: 0, replaced: 0, dropped: 0, timedOut: 0 };
   }
@@ -96,6 +104,13 @@ export class Channel {
   /** @private */
   pump() {
     while (this.inFlight === null && this.waiting.length > 0) {
+      const rest = this.sentAt + this.throttle - this.clock.now;
+      if (this.waiting[0].phase === "move" && rest > 0) {
+        this.clock.clearTimeout(this.pause);
+        this.pause = this.clock.setTimeout(() => this.pump(), rest);
+        return;
+      }
+      this.sentAt = this.clock.now;
       const body = /** @type {Body} */ (this.waiting.shift());
       /** @type {Message} */
       const message = { type: "drag", view: this.view, seq: ++this.seq, ...body };

@@ -1,5 +1,6 @@
 /** Constraints between points: the menu that adds them, and a chip for each that names it and removes it. */
 import { html } from "../view/dom.js";
+import { menu } from "./toolbar.js";
 
 /**
  * @typedef {import("../solver/terms.js").Constraint} Constraint
@@ -36,15 +37,9 @@ export class ConstraintBar {
   constructor(actions) {
     this.actions = actions;
     this.options = Object.entries(KINDS).map(([kind, { label }]) => html("option", { value: kind }, label));
-    this.menu = html("select", {
-      class: "vfw-add-constraint", "aria-label": "Add a constraint", "data-lm-suppress-shortcuts": "true",
-      title: "Pin the points first; a constraint takes the place of their pins.",
-      onchange: () => {
-        const kind = /** @type {Kind} */ (this.menu.value);
-        this.menu.value = "";
-        if (Object.hasOwn(KINDS, kind)) actions.add(kind);
-      },
-    }, html("option", { value: "" }, "Add a constraint"), ...this.options);
+    this.menu = menu("vfw-add-constraint", "Add a constraint", (kind) => actions.add(/** @type {Kind} */ (kind)));
+    this.menu.title = "Pin the points first; a constraint takes the place of their pins.";
+    this.menu.append(...this.options);
     this.element = html("div", { class: "vfw-constraints", role: "group", "aria-label": "Constraints" });
     this.shown = "";
   }

@@ -9,6 +9,7 @@ import { Controls } from "./controls.js";
 import { DRAG, Gestures, ZOOM } from "./gestures.js";
 import { Marks } from "./marks.js";
 import { BETTER, BUSY, HINT, KEYS, placeInWords, UNMET, UNSENT } from "./messages.js";
+import { copy, css, python, savePng, saveSvg } from "./save.js";
 import { Session, TRAITS } from "./session.js";
 import { Toolbar } from "./toolbar.js";
 
@@ -64,6 +65,7 @@ export class Editor {
       unpinAll: act(() => this.session.write({ _pins: [] })),
       share: act((shared) => this.session.setShared(shared)),
       instance: act((index) => this.session.setValues(this.session.word?.instances[index].axes ?? {})),
+      save: (what) => this.save(what),
       zoom: act((steps) => {
         this.gestures.zoomStep(ZOOM ** steps);
         changed();
@@ -153,6 +155,7 @@ export class Editor {
   update() {
     const { session, drawing, gestures, controls, toolbar } = this;
     const fresh = session.pull(this.ahead), { word } = session;
+    this.channel.throttle = session.throttle;
     if (word === null) return;
     if (fresh) {
       gestures.forget();
@@ -216,6 +219,21 @@ export class Editor {
     this.line.setAttribute("data-status", kind);
     const words = text || HINT;
     if (this.line.textContent !== words) this.line.textContent = this.line.title = words;
+  }
+
+  /** @private @param {string} what */
+  async save(what) {
+    const { session, drawing: { layout } } = this;
+    if (layout === null) return;
+    try {
+      if (what === "Copy CSS") await copy(css(session));
+      else if (what === "Copy Python") await copy(python(session));
+      else if (what === "Save SVG") saveSvg(layout);
+      else await savePng(layout);
+      this.say("idle", what.startsWith("Copy") ? "Copied." : "Saved.");
+    } catch (error) {
+      this.say("error", `This did not work: ${/** @type {Error} */ (error).message}.`);
+    }
   }
 
   /** Makes the pins a constraint. @private @param {import("../solver/terms.js").Constraint["kind"]} kind */
@@ -292,6 +310,7 @@ export class Editor {
       this.session.expire("axes");
       return this.say("error", `The kernel sent a malformed answer: ${/** @type {Error} */ (error).message}`);
     }
+    if (sent.phase === "up") this.session.finish(sent.gesture);
     this.drawing.layout?.evaluate(this.session.axes);
     this.gestures.judge(sent);
     this.request();

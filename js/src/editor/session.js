@@ -8,9 +8,9 @@ import { checkConstraint } from "./constraints.js";
 /**
  * @typedef {import("../word/forward.js").Handle} Handle
  * @typedef {Record<string, number>} Values
- * @typedef {"_word" | "axes" | "shared" | "_pins" | "locks" | "constraints" | "error" | "_steps" | "height" | "theme"} Trait
+ * @typedef {"_word" | "axes" | "shared" | "_pins" | "locks" | "constraints" | "error" | "_steps" | "height" | "theme" | "throttle"} Trait
  */
-export const TRAITS = /** @type {const} */ (["_word", "axes", "shared", "_pins", "locks", "constraints", "error", "_steps", "height", "theme"]);
+export const TRAITS = /** @type {const} */ (["_word", "axes", "shared", "_pins", "locks", "constraints", "error", "_steps", "height", "theme", "throttle"]);
 
 /** Milliseconds between two changes by the same control that still count as one gesture. */
 const PAUSE = 1000;
@@ -37,6 +37,8 @@ export class Session {
     /** Pixels, or null for the usual height. @type {number | null} */
     this.height = null;
     this.theme = "auto";
+    /** The least number of milliseconds between two moves that are sent. */
+    this.throttle = 0;
     this.selected = 0;
     /** Names the present gesture, so that undoing it is one step; and what made its last change, and when. */
     this.gesture = { name: "", source: "", time: -Infinity };
@@ -104,6 +106,7 @@ export class Session {
     this.read("_steps", () => (this.steps = [0, 1].map((i) => Number(this.model.get("_steps")?.[i]) || 0)));
     this.read("height", () => (this.height = Number(this.model.get("height")) || null));
     this.read("theme", () => (this.theme = String(this.model.get("theme") || "auto")));
+    this.read("throttle", () => (this.throttle = Number(this.model.get("throttle")) || 0));
     this.read("error", () => (this.error = String(this.model.get("error") || "")));
     return fresh;
   }
@@ -132,6 +135,17 @@ export class Session {
     this.stale.delete("axes");
     this.version++;
     return true;
+  }
+
+  /**
+   * Saves the end of a drag. The kernel knows its axes, but a host that runs cells again when a view saves, as marimo
+   * does, hears of them only in this way.
+   * @param {string} gesture
+   */
+  finish(gesture) {
+    this.model.set("axes", this.axes);
+    this.model.set("_gesture", gesture);
+    this.model.save_changes();
   }
 
   /** Shows axes that a drag predicts; the kernel is told of them by the drag itself. @param {Values | Values[]} axes */

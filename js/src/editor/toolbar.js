@@ -10,6 +10,7 @@ import { html, icon } from "../view/dom.js";
  * @property {() => void} unpinAll
  * @property {(shared: boolean) => void} share
  * @property {(instance: number) => void} instance
+ * @property {(what: string) => void} save
  * @property {(factor: number) => void} zoom
  * @property {() => void} fit
  */
@@ -18,6 +19,22 @@ const ICONS = {
   undo: "M6 3 2.8 6.2 6 9.4M3 6.2h6.2a3.6 3.6 0 0 1 0 7.2H6", redo: "m10 3 3.2 3.2L10 9.4M13 6.2H6.8a3.6 3.6 0 0 0 0 7.2H10",
   closer: "M8 3.5v9M3.5 8h9", farther: "M3.5 8h9", fit: "M3 6V3h3M10 3h3v3M13 10v3h-3M6 13H3v-3",
 };
+
+/**
+ * A menu of actions, whose first line is its name.
+ * @param {string} className @param {string} label @param {(value: string) => void} choose
+ */
+export function menu(className, label, choose) {
+  const element = html("select", {
+    class: className, "aria-label": label, "data-lm-suppress-shortcuts": "true",
+    onchange: () => {
+      const { value } = element;
+      element.selectedIndex = 0;
+      if (value !== "") choose(value);
+    },
+  }, html("option", { value: "" }, label));
+  return element;
+}
 
 export class Toolbar {
   /** @param {Actions} actions */
@@ -31,19 +48,15 @@ export class Toolbar {
     this.restart = button("vfw-restart", "Back to start", actions.restart);
     this.unpin = button("vfw-unpin-all", "Unpin all", actions.unpinAll);
     this.reset = button("vfw-reset-all", "Reset to default", actions.resetAll);
-    this.instances = html("select", {
-      class: "vfw-instances", "aria-label": "Named instance", "data-lm-suppress-shortcuts": "true",
-      onchange: () => {
-        if (this.instances.value !== "") actions.instance(Number(this.instances.value));
-        this.instances.value = "";
-      },
-    });
+    this.instances = menu("vfw-instances", "Named instances", (value) => actions.instance(Number(value)));
+    this.saving = menu("vfw-save", "Copy or save", actions.save);
+    this.saving.append(...["Copy CSS", "Copy Python", "Save SVG", "Save PNG"].map((name) => html("option", {}, name)));
     this.perLetter = html("input", {
       type: "checkbox", class: "vfw-per-letter", onchange: () => actions.share(!this.perLetter.checked),
     });
     this.element = html("div", { class: "vfw-actions" },
       html("label", { class: "vfw-switch" }, this.perLetter, html("span", {}, "Separate axes for each letter")),
-      this.instances, this.unpin, this.reset, this.restart, html("span", { class: "vfw-group" }, this.undo, this.redo));
+      this.instances, this.saving, this.unpin, this.reset, this.restart, html("span", { class: "vfw-group" }, this.undo, this.redo));
     this.window = html("div", { class: "vfw-window", role: "group", "aria-label": "Zoom" },
       picture("farther", "Zoom out (−)", () => actions.zoom(-1)), picture("closer", "Zoom in (+)", () => actions.zoom(1)),
       picture("fit", "Show the whole word (0)", actions.fit));
@@ -52,8 +65,8 @@ export class Toolbar {
   /** @param {import("../word/decode.js").Word} word */
   setWord({ instances }) {
     this.instances.hidden = instances.length === 0;
-    this.instances.replaceChildren(html("option", { value: "" }, "Named instances"),
-      ...instances.map(({ name }, i) => html("option", { value: i }, name)));
+    this.instances.length = 1;
+    this.instances.append(...instances.map(({ name }, i) => html("option", { value: i }, name)));
   }
 
   /** @param {{shared: boolean, pins: number, moved: boolean, steps: number[]}} state */

@@ -196,3 +196,26 @@ test("reset forgets; close still sends an up that waits", () => {
   channel.close();
   assert.deepEqual([log.sent.at(-1).phase, channel.busy, clock.events.length], ["up", false, 0]);
 });
+
+test("throttled moves keep their distance; what opens and closes a drag does not wait", () => {
+  const { channel, log, clock } = setUp(echo(5));
+  channel.throttle = 100;
+  const times = [];
+  const send = channel.send;
+  channel.send = (message) => {
+    times.push([message.phase, clock.now]);
+    send(message);
+  };
+  channel.push(body("down", 0));
+  for (let i = 1; i <= 60; i++) {
+    clock.advance(5);
+    channel.push(body("move", i));
+  }
+  channel.push(body("up", 61));
+  clock.advance(50);
+  assert.deepEqual([times[0][0], times.at(-1)[0]], ["down", "up"]);
+  const moves = times.filter(([phase]) => phase === "move").map(([, at]) => at);
+  assert.ok(moves.length >= 2 && moves.every((at, i) => i === 0 || at - moves[i - 1] >= 100));
+  assert.equal(log.answers.at(-1)[1].x, 61);
+  assert.equal(channel.busy, false);
+});

@@ -1,0 +1,61 @@
+"""What an editor can be written as: a page, an SVG picture, CSS."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, overload
+
+from ..export.css import to_css
+from ..export.page import page, view
+from ..export.svg import to_svg
+from .bundle import PAGE_STYLE
+
+PAGE_TRAITS = ("_word", "axes", "shared", "_pins", "locks", "constraints", "height", "theme")
+"""The traits that a view needs on a page without a kernel."""
+
+
+class Exports:
+    """Methods of :class:`Editor` that write it, as it stands, in other formats."""
+
+    text: Any
+    get_state: Any
+    _lock: Any
+    _esm: Any
+    _css: Any
+
+    @overload
+    def to_html(self) -> str: ...
+    @overload
+    def to_html(self, path: str | os.PathLike[str]) -> None: ...
+    def to_html(self, path: str | os.PathLike[str] | None = None) -> str | None:
+        """Write the editor as a page of its own, which needs neither a kernel nor a network.
+
+        The page starts at the present axes. The outline can be dragged as in the notebook, because
+        the page contains the solver for targets, pins and locks.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            The file to write. Without it, the page is returned.
+
+        Returns
+        -------
+        str or None
+        """
+        with self._lock:
+            body = view(self.get_state(PAGE_TRAITS))
+            title = f"{self.text.string} in {self.text.font.family_name}"
+        made = page(title, body, self._esm, self._css + PAGE_STYLE)
+        if path is None:
+            return made
+        Path(path).write_text(made, encoding="utf-8")
+        return None
+
+    def to_svg(self) -> str:
+        """Draw the word as it stands, as an SVG document."""
+        return to_svg(self.text)
+
+    def to_css(self) -> str:
+        """Write the CSS declarations that set the word in its font at the present axes."""
+        return to_css(self.text)

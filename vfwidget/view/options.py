@@ -1,0 +1,45 @@
+"""Checks of the options of an editor."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+from collections.abc import Callable, Collection
+from typing import Any
+
+from ..errors import TextError
+
+HEIGHTS = (80, 4000)
+"""Pixels between which the height of the picture is useful."""
+
+
+def checked_height(height: Any) -> int | None:
+    """A height in pixels, or None.
+
+    Raises
+    ------
+    TextError
+        It is not a number, or outside :data:`HEIGHTS`.
+    """
+    low, high = HEIGHTS
+    if height is None:
+        return None
+    if not isinstance(height, int | float) or not low <= height <= high:
+        raise TextError(f"height must be {low} to {high} pixels; received {height!r}.")
+    return int(height)
+
+
+def refuse_unknown(unknown: Collection[str], function: Callable[..., Any]) -> None:
+    """Name keywords that a function does not have, and those that they resemble.
+
+    Raises
+    ------
+    TypeError
+        There are some.
+    """
+    parameters = inspect.signature(function).parameters.values()
+    known = [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
+    for name in unknown:
+        close = difflib.get_close_matches(name, known, n=1)
+        hint = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known[1:])}."
+        raise TypeError(f"An Editor has no option {name!r}; {hint}")
