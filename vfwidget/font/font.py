@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from fontTools.ttLib import TTFont
 
-from ..arrays import Array, ArrayLike, IntArray, is_tensor, like, to_array
-from ..errors import AxisError, FontError, GlyphError
+from ..arrays import Array, ArrayLike, IntArray
+from ..errors import FontError, GlyphError
 from ..outline.composed import Composed
 from ..outline.coordinates import check_coordinates
 from ..outline.glyph import Glyph
@@ -23,6 +23,8 @@ from . import names
 from .avar import read_displacement
 from .axes import NamedInstance
 from .cache import GlyphCache
+from .describe import Description, describe
+from .design_space import DesignSpace
 from .font_metrics import read_metrics
 from .instance import check_limits, instantiate
 from .metrics import read_positioning_regions
@@ -74,13 +76,11 @@ def load_font(source: FontSource | Font, index: int = 0, static: bool = False) -
     return Font(open_font(source, index), index, static)
 
 
-class Font:
+class Font(DesignSpace):
     """A variable font; :func:`load_font` makes it.
 
     Attributes
     ----------
-    axes : tuple of Axis
-    instances : tuple of NamedInstance
     family_name : str
     units_per_em : int
     ascender, descender : int
@@ -143,89 +143,6 @@ class Font:
     def __repr__(self) -> str:
         return f"<Font {self.family_name!r}: {', '.join(axis.tag for axis in self.axes)}>"
 
-    def normalize(self, values: Mapping[str, Any] | NamedInstance) -> torch.Tensor:
-        """User coordinates to normalized coordinates.
-
-        Parameters
-        ----------
-        values : mapping of tag to number, or NamedInstance
-            An axis that is not in the mapping takes its default value. A number may be a tensor;
-            its gradient is kept. An instance must be one of :attr:`instances`.
-
-        Returns
-        -------
-        (n,) float64 tensor
-
-        Raises
-        ------
-        AxisError
-            An unknown tag, a value that is not a finite number, or an instance of another font.
-
-        Warns
-        -----
-        AxisWarning
-            A value outside its axis's range; it is clamped, as CSS does.
-
-        Notes
-        -----
-        OpenType, "Coordinate scales and normalization", with the segment maps of ``avar`` 1
-        (paper, Fig. 4). Nothing is rounded to F2Dot14, so that the map stays differentiable.
-        """
-        import torch
-
-        if isinstance(values, NamedInstance):
-            values = self._instance_axes(values)
-        parts = axis_maths.normalize(self.axes, values)
-        graph = [part for part in parts if is_tensor(part)]
-        if not graph:
-            return torch.tensor(parts, dtype=torch.float64)
-        return torch.stack([like(part, graph[0]).reshape(()) for part in parts])
-
-    def _instance_axes(self, instance: NamedInstance) -> Mapping[str, float]:
-        if instance not in self.instances:
-            names = ", ".join(each.name for each in self.instances)
-            raise AxisError(
-                f"{instance.name!r} is an instance of another font; {self.family_name} has the "
-                f"instances: {names or 'none'}."
-            )
-        return instance.axes
-
-    def denormalize(self, w: ArrayLike) -> dict[str, float]:
-        """Normalized coordinates (n,) to user coordinates by tag.
-
-        Where a segment map is flat and so has no inverse, the user coordinate nearest the
-        default is given.
-
-        Raises
-        ------
-        AxisError
-            ``w`` has the wrong length or holds NaN.
-        """
-        w = check_coordinates(w, len(self.axes))
-        if w.ndim != 1:
-            raise AxisError(f"One set of coordinates at a time, not {tuple(w.shape)}.")
-        return axis_maths.denormalize(self.axes, to_array(w))
-
-    @cached_property
-    def bounds(self) -> tuple[Array, Array]:
-        """Least and greatest normalized coordinates that the axes reach, two (n,) arrays."""
-        return axis_maths.bounds(self.axes)
-
-    def final_coordinates(self, w: ArrayLike) -> torch.Tensor:
-        """The coordinates (..., n) at which the font's regions apply; autograd passes.
-
-        They are ``w`` itself, except in a font whose ``avar`` table is of version 2, where an axis
-        may move others. Everything else in this package takes and gives ``w``, the coordinates
-        before that, because there each axis has its own bounds (OpenType, "avar" version 2).
-
-        Raises
-        ------
-        AxisError
-            ``w`` has the wrong length or holds NaN.
-        """
-        w = check_coordinates(w, len(self.axes))
-        return self._displacement.value(w) if self._displacement else w
-
     @cached_property
     def _metrics(self) -> dict[str, Varying]:
         with self._reading:
@@ -282,6 +199,32 @@ class Font:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the font file as it was read, or as :meth:`instance` made it."""
         Path(path).write_bytes(font_bytes(self._ttfont))
+
+    def describe(self) -> Description:
+        """What the file holds: axes, instances, tables read and tables left aside, as one table.
+
+        It prints as text, and a notebook shows it as HTML.
+        """
+        with self._reading:
+            return describe(self, self._ttfont)
+
+    def axis_effect(self, key: str | int) -> dict[str, float]:
+        """How far each axis by itself moves a glyph's outline, by tag, in font units.
+
+        It is the greatest distance of any control point from its place at the default, while the
+        axis runs through its range and the others stay at their defaults.
+        """
+        glyph, (lower, upper) = self.glyph(key), self.bounds
+        effect: dict[str, float] = {}
+        for i, axis in enumerate(self.axes):
+            inner = glyph.outline.breakpoints[i]
+            stops = [lower[i], upper[i], *inner[(inner > lower[i]) & (inner < upper[i])]]
+            w = np.zeros((len(stops), len(self.axes)))
+            w[:, i] = stops
+            moved = glyph.outline.value(w) - glyph.outline.value(np.zeros(len(self.axes)))
+            farthest = float(np.linalg.norm(moved, axis=-1).max(initial=0.0))
+            effect[axis.tag] = max(farthest, effect.get(axis.tag, 0.0))
+        return effect
 
     def glyph(self, key: str | int) -> Glyph:
         """A glyph as tensors, unpacked at the first call and then kept.
