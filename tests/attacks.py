@@ -20,6 +20,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import astuple, dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -187,6 +188,34 @@ def image_bombs(count: int) -> Outcome:
         return Outcome("image bombs: PNG, arrays").try_all(inputs(), act)
 
 
+SVG = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">
+<defs><g id="a"><rect x="1" y="2" width="30" height="40" rx="5"/><circle cx="50" r="20"/></g></defs>
+<g transform="translate(3 4) rotate(30) scale(2 1.5)"><use xlink:href="#a" x="5"/>
+<path d="M10 10 C 20 20 40 20 50 10 A 5 6 30 0 1 70 20 Q 4 5 6 7 T 8 9 Z" style="fill:none"/></g>
+<polygon points="1,2 30,4 5,60"/><line x2="9" y2="3" stroke="red" stroke-width="2"/></svg>"""
+
+
+def artwork(count: int) -> Outcome:
+    """Damaged SVG, entities that multiply or read files, groups without end."""
+    rng = random.Random(4)
+    names = "abcdefghi"
+    entities = [f'<!ENTITY {b} "{10 * f"&{a};"}">' for a, b in pairwise(names)]
+    hostile = [
+        f'<!DOCTYPE svg [<!ENTITY a "aaaaaaaaaa">{"".join(entities)}]><svg><text>&i;</text></svg>',
+        '<!DOCTYPE svg [<!ENTITY a SYSTEM "file:///dev/zero">]><svg><path d="&a;"/></svg>',
+        SVG.replace("<defs>", 30_000 * "<g>").replace("</defs>", 30_000 * "</g>"),
+        SVG.replace('"20"', '"1e308"'),
+        SVG.replace("<circle", '<use href="#a"/><circle'),
+    ]
+
+    def inputs() -> Iterator[str]:
+        for i in range(count):
+            mutant = mutated(SVG.encode(), rng).decode("utf-8", "replace")
+            yield hostile[i // 50 % len(hostile)] if i % 50 == 0 else mutant
+
+    return Outcome("damaged SVG artwork, entity bombs").try_all(inputs(), vf.Artwork)
+
+
 def odd_arrays(count: int) -> Outcome:
     """Arrays and tensors of every type, layout and shape."""
     rng = np.random.default_rng(3)
@@ -272,6 +301,7 @@ ATTACKS: dict[Callable[[int], Outcome], int] = {
     image_mutants: 20_000,
     font_bombs: 14,
     image_bombs: 100,
+    artwork: 5_000,
     odd_arrays: 2_000,
     messages: 5_000,
     messages_from_four_threads: 5_000,
@@ -297,11 +327,13 @@ def run_apart(attack: Callable[[int], Outcome], count: int) -> Outcome:
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.attacks", description=__doc__)
     parser.add_argument("--share", type=float, default=1.0, help="share of the inputs to try")
-    share = parser.parse_args().share
+    names = {attack.__name__: attack for attack in ATTACKS}
+    parser.add_argument("--only", choices=names, help="run only this attack")
+    options = parser.parse_args()
     print("| Attack | Inputs | Refused | Read | Other errors | Slowest | Memory |")
     print("| --- | --: | --: | --: | --: | --: | --: |")
-    for attack, count in ATTACKS.items():
-        result = run_apart(attack, max(2, round(share * count)))
+    for attack in [names[options.only]] if options.only else ATTACKS:
+        result = run_apart(attack, max(2, round(options.share * ATTACKS[attack])))
         name, tried, refused, read, failures, seconds, gibibytes = astuple(result)
         numbers = f"{tried:,} | {refused:,} | {read:,} | {len(failures)}"
         print(f"| {name} | {numbers} | {seconds:.2f} s | {gibibytes:.2f} GiB |", flush=True)

@@ -89,7 +89,7 @@ def _read_pil(image: Image.Image) -> Array:
 
     def strip(top: int, bottom: int) -> Any:
         part = image.crop((0, top, image.width, bottom))
-        values = np.asarray(part if whole or image.mode == "F" else part.convert("RGBA"))
+        values = np.asarray(part if whole or image.mode == "F" else part.convert(_channels(image)))
         if whole and (values.min() < 0 or values.max() > 0xFFFF):
             raise ImageError("Integers of a PIL image have 16 bits: 0 … 65,535.")
         return values.astype(np.uint16) if whole else values
@@ -100,6 +100,15 @@ def _read_pil(image: Image.Image) -> Array:
         raise
     except Exception as error:
         raise ImageError(f"The image is damaged or truncated ({error}).") from error
+
+
+def _channels(image: Image.Image) -> str:
+    """The mode with the fewest channels that keeps all that is visible."""
+    if "transparency" in image.info:
+        return "RGBA"
+    if image.mode in ("1", "L"):
+        return "L"
+    return "RGB" if image.mode in ("RGB", "CMYK", "YCbCr") else "RGBA"
 
 
 def _from_tensor(image: Any) -> Any:
@@ -141,7 +150,9 @@ def _by_strips(strip: Callable[[int, int], Any], height: int, width: int) -> Arr
 def _to_grey(values: Array) -> Array:
     """Grey levels (H, W) of values with up to four channels; what is transparent is white."""
     if values.ndim == 3 and values.shape[-1] in (2, 4):
-        values = values[..., :-1] * values[..., -1:] + 1 - values[..., -1:]
+        # The luminance of a blend is the blend of the luminances.
+        opacity = values[..., -1]
+        return _to_grey(values[..., :-1]) * opacity + 1 - opacity
     if values.ndim == 3:
         return values @ LUMA if values.shape[-1] == 3 else values[..., 0]
     return values
