@@ -178,6 +178,66 @@ def test_what_a_term_lacks_is_said() -> None:
         assert torch.equal(text.theta, before)
 
 
+# Terms that look again
+
+
+class LeftOf(vf.Term):
+    """No point of the outline lies to the right of a wall: the points beyond it are pushed back.
+
+    Which points those are, and how many, is looked up again after every step.
+    """
+
+    moving = True
+
+    def __init__(self, wall: float) -> None:
+        self.wall, self.looks, self.weight = wall, 0, 100.0
+
+    def beyond(self, text: vf.Text) -> list[vf.Handle]:
+        ends = [
+            text.handle(letter, contour, segment)
+            for letter, glyph in enumerate(text.glyphs)
+            for contour, segments in enumerate(glyph.contours)
+            for segment in range(segments)
+        ]
+        places = text.point_set(ends).positions(text.place)
+        return [end for end, (x, _) in zip(ends, places, strict=True) if x > self.wall]
+
+    def points(self, text: vf.Text):  # type: ignore[no-untyped-def]
+        self.looks += 1
+        return text.point_set(self.beyond(text))
+
+    def residual(self, points: torch.Tensor, theta: torch.Tensor) -> torch.Tensor:
+        return points[:, 0] - self.wall
+
+
+def test_a_term_that_looks_again_finds_the_points_of_the_moment() -> None:
+    text = vf.Text("roboto-flex", "H")
+    top = text.nearest(2000, 1400)
+    x, y = text.position(top).tolist()
+    wall = LeftOf(x + 40)
+    pulled = [vf.Target(top, (x + 400, y)), wall, vf.StayClose()]
+    assert not wall.beyond(text)
+    found = vf.solve(text, pulled, restarts=0)
+    assert wall.looks > 2
+    assert found.status in ("unreachable", "stalled")
+    # Pushed by 100 times the pull, it gives way by a hundredth of what the pull misses.
+    assert float(found.text.position(top)[0]) < x + 40 + 8
+    free = vf.solve(text, [pulled[0], pulled[2]], restarts=0)
+    assert float(free.text.position(top)[0]) > x + 60
+
+
+def test_only_a_moving_term_may_look_again() -> None:
+    class Fixed(LeftOf):
+        moving = False
+
+    text = vf.Text("roboto-flex", "H")
+    top = text.nearest(2000, 1400)
+    x, y = text.position(top).tolist()
+    wall = Fixed(x + 40)
+    vf.solve(text, [vf.Target(top, (x + 400, y)), wall, vf.StayClose()], restarts=0)
+    assert wall.looks == 1
+
+
 # Blocks of unknowns
 
 

@@ -105,6 +105,7 @@ class AffineRows:
             offsets.append(by_points @ by_offsets)
         self._base = np.concatenate([np.zeros(0), *base])
         self._straight = np.concatenate([np.zeros((0, size)), *straight])
+        self._is_straight = bool(self._straight.any())
         self.by_offsets = np.concatenate([np.zeros((0, 2 * len(word.glyphs))), *offsets])
         all_gain = np.concatenate([np.zeros((0, count)), *gain])
         self._pushed = np.concatenate([np.zeros((0, len(word.glyphs))), *pushed])
@@ -148,10 +149,12 @@ class AffineRows:
         if self._may_vanish:
             rows, gain = self._hold_advances(theta)
             entry_gain = gain[:, self._entry_pair]
-        rows = rows + gain.dot(gamma) + self._straight.dot(theta)
+        rows = rows + gain.dot(gamma)
+        if self._is_straight:
+            rows += self._straight.dot(theta)
         jacobian = self._straight.copy()
         if len(self._runs):
-            by_entry = entry_gain * slopes.ravel()[self._entries]
+            by_entry = entry_gain * slopes.ravel().take(self._entries)
             jacobian[:, self._columns] += np.add.reduceat(by_entry, self._runs, axis=1)
         return rows, jacobian
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..arrays import Array, is_tensor, to_array, to_tensor
 from ..errors import SolveError
 
@@ -43,6 +45,8 @@ def derivative_of(
     with torch.enable_grad():
         inputs = tuple(to_tensor(values).clone().requires_grad_() for values in (points, theta))
         value = _as_vector(residual(*inputs), kind)
+        if not len(value):
+            return np.zeros((0, *points.shape)), np.zeros((0, *theta.shape))
         if not value.requires_grad:
             raise SolveError(
                 f"The residual of {kind} does not depend on its arguments through torch "
