@@ -38,7 +38,9 @@ from .errors import (
 from .font import Axis, Font, Glyph, NamedInstance, bundled_fonts, load_font
 from .limits import limits
 from .overlap.artwork import Artwork
+from .overlap.no_overlap import NoOverlap
 from .overlap.overlaps import Overlap, overlaps
+from .overlap.resolve import resolve_overlaps
 from .solver import least_squares
 from .text import Handle, Text
 
@@ -80,6 +82,7 @@ __all__ = [
     "Looks",
     "Match",
     "NamedInstance",
+    "NoOverlap",
     "Overlap",
     "OverlapError",
     "Pin",
@@ -104,6 +107,7 @@ __all__ = [
     "overlaps",
     "plot",
     "rasterize",
+    "resolve_overlaps",
     "solve",
 ]
 

@@ -119,7 +119,7 @@ def solve(
                 best, elsewhere = other, None
             elif elsewhere is None or other.state.cost < elsewhere.state.cost:
                 elsewhere = other
-    return _solution(energy, best, elsewhere)
+    return solution_of(energy, best, elsewhere)
 
 
 @dataclass(frozen=True)
@@ -246,7 +246,8 @@ def _is_far(energy: Energy, here: Descent, there: Descent) -> bool:
     return bool(moved > FAR * text.font.units_per_em)
 
 
-def _solution(energy: Energy, best: Descent, elsewhere: Descent | None) -> Solution:
+def solution_of(energy: Energy, best: Descent, elsewhere: Descent | None = None) -> Solution:
+    """A descent as a solution in terms of the text."""
     text, state, unknowns = energy.text, best.state, energy.unknowns
     place = unknowns.place(state.x)
     held = active_bounds(best.problem, state, energy.jacobian)

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..text import Text
-from .common_area import Common, common_area, pairs_nearby
+from .collisions import collisions
+from .common_area import Common
 from .contacts import nearest, sampled
 from .shape import Shape, letters, read_obstacles
 
@@ -86,16 +87,13 @@ def overlaps(text: Text, obstacles: Any = ()) -> list[Overlap]:
     ((0, 0), True)
     """
     own, others = letters(text), read_obstacles(obstacles)
-    found = _found(own, own, pairs_nearby(own), False)
-    return found + _found(own, others, pairs_nearby(own, others), True)
-
-
-def _found(first: list[Shape], second: list[Shape], pairs: Any, obstacle: bool) -> list[Overlap]:
-    common = common_area([(first[i], second[j]) for i, j in pairs])
+    found = collisions(own, others)
     return [
-        _overlap(common, p, first[i], second[j], (int(i), int(j)), obstacle)
-        for p, (i, j) in enumerate(pairs)
-        if common.area[p] > TOUCH
+        _overlap(found.common, p, own[i], others[j] if obstacle else own[j], (i, j), obstacle)
+        for p, ((i, j), obstacle) in enumerate(
+            zip(found.pairs.tolist(), found.obstacle.tolist(), strict=True)
+        )
+        if found.common.area[p] > TOUCH
     ]
 
 

@@ -71,10 +71,17 @@ class Shape:
         return np.flatnonzero(np.repeat(kept, sizes)), sizes[kept].tolist()
 
 
-def letters(text: Text, theta: Array | None = None) -> list[Shape]:
-    """The letters of a text, one shape for each."""
-    theta = text.coordinates if theta is None else theta
-    points = text.positions(text.point_set(), theta)
+def letters(text: Text, points: Array | None = None) -> list[Shape]:
+    """The letters of a text, one shape for each.
+
+    Parameters
+    ----------
+    text : Text
+    points : (K, 2) array, optional
+        All control points of the text. Default: where the text stands.
+    """
+    if points is None:
+        points = text.point_set().positions(text.place)
     segments = points[text.word.contours.segments]
     counts = [glyph.contours for glyph in text.glyphs]
     ends = np.cumsum([sum(contours) for contours in counts])
@@ -174,9 +181,12 @@ def _dimensions(value: Any) -> int:
 
 def _numbers(value: Any, name: str) -> Array:
     try:
-        return np.array(to_array(value))
+        numbers = np.array(to_array(value))
     except (TypeError, ValueError, RuntimeError) as error:
         raise OverlapError(f"{name} must consist of numbers ({error}).") from None
+    if not np.isfinite(numbers).all():
+        raise OverlapError(f"The coordinates of {name} must be finite; one is NaN or infinite.")
+    return numbers
 
 
 def polygon(corners: Array) -> Array:

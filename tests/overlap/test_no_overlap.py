@@ -1,0 +1,130 @@
+"""The term that keeps letters apart, and the search for the nearest free state."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vfwidget as vf
+from benchmarks.overlap_cases import cases
+
+HUGE = [(-5000, -5000), (5000, -5000), (5000, 5000), (-5000, 5000)]
+
+
+def pushed_together(name="recursive", string="NT", by=150.0, shared=False):
+    text = vf.Text(name, string, shared=shared)
+    return text.at(offsets=[(-i * by, 0) for i in range(len(text.glyphs))])
+
+
+def distance(text):
+    """The smallest distance between sampled points of the first two letters."""
+    t = np.linspace(0, 1, 50)
+    weights = np.stack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3], -1)
+    contours = [np.einsum("tj,sjd->std", weights, s.numpy()) for s in text.segments()]
+    count = len(text.glyphs[0].contours)
+    sides = [
+        np.concatenate([c.reshape(-1, 2) for c in part])
+        for part in (contours[:count], contours[count:])
+    ]
+    return np.sqrt(((sides[0][:, None] - sides[1][None]) ** 2).sum(-1)).min()
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"gap": 30.0}, {"method": "planes"}, {"method": "planes", "gap": 30.0}], ids=str
+)
+def test_derivatives(options):
+    # An obstacle as well, and not at a kink.
+    text = pushed_together().at(theta=[[0.3, 0.4, 0.2, -0.3, 0.1], [0.2, 0.1, 0.5, -0.2, 0.3]])
+    text = text.at(offsets=[(0, 0), (-200, 3)])
+    bar = [(100, 300), (160, 290), (170, 420)]
+    vf.check_derivative(vf.NoOverlap([bar], **options), text)
+
+
+def test_the_square_of_the_residual_is_the_area():
+    text = pushed_together(by=200)
+    solution = vf.solve(text, [vf.NoOverlap(weight=2.0)], max_iterations=0, restarts=0)
+    area = sum(overlap.area for overlap in vf.overlaps(text))
+    assert area > 100
+    assert solution.terms[0].cost == pytest.approx(2 * area)
+    assert solution.terms[0].miss == pytest.approx(np.sqrt(area))
+
+
+def test_a_solve_with_other_terms():
+    text = pushed_together()
+    top = text.nearest(100, 700)
+    solution = vf.solve(text, [vf.NoOverlap(), vf.Pin(top), vf.StayClose()])
+    assert vf.overlaps(solution.text) == []
+    np.testing.assert_allclose(solution.text.position(top), text.position(top), rtol=0, atol=0.5)
+
+
+@pytest.mark.parametrize("method", ["area", "planes"])
+def test_letters_are_resolved(method):
+    text = pushed_together()
+    solution = vf.resolve_overlaps(text, method=method)
+    assert solution.free and solution.area == 0
+    assert vf.overlaps(solution.text) == []
+    assert 0 < float((solution.theta - text.theta).norm()) < 1
+
+
+def test_a_gap_is_kept():
+    solution = vf.resolve_overlaps(pushed_together(), gap=15.0)
+    assert solution.free
+    assert distance(solution.text) > 14.5
+
+
+def test_only_letters_that_must_change_do():
+    text = pushed_together(string="NTll", by=0.0).at(offsets=[(0, 0), (-150, 0), (0, 0), (0, 0)])
+    solution = vf.resolve_overlaps(text)
+    assert solution.free
+    np.testing.assert_allclose(solution.theta[2:], text.theta[2:], rtol=0, atol=1e-9)
+
+
+def test_a_free_text_stays():
+    text = vf.Text("recursive", "NT")
+    solution = vf.resolve_overlaps(text)
+    assert solution.free and solution.area == 0
+    np.testing.assert_array_equal(solution.theta, text.theta)
+
+
+def test_locks_are_respected():
+    text = pushed_together()
+    solution = vf.resolve_overlaps(text, locks=["slnt", "MONO"])
+    tags = [axis.tag for axis in text.font.axes]
+    locked = [tags.index("slnt"), tags.index("MONO")]
+    np.testing.assert_array_equal(solution.theta[:, locked], text.theta[:, locked])
+    assert solution.free
+
+
+def test_what_cannot_be_resolved():
+    solution = vf.resolve_overlaps(vf.Text("dynapuff", "o"), [HUGE], restarts=1)
+    assert not solution.free
+    assert solution.area > 1e4
+    assert solution.blocked_by and all("imum" in bound for bound in solution.blocked_by)
+
+
+@pytest.mark.parametrize("case", list(cases(6)), ids=lambda case: case.kind)
+def test_cases_with_a_witness(case):
+    solution = vf.resolve_overlaps(case.text, case.obstacles)
+    left = sum(overlap.area for overlap in vf.overlaps(solution.text, case.obstacles))
+    assert solution.free
+    assert left <= 1e-3
+    # The witness is free as well, and a nearer state was found.
+    away = float((solution.theta - case.text.theta).norm())
+    assert away <= float(np.linalg.norm(case.witness - case.text.theta.numpy()))
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"gap": -1}, "gap must be a finite number of font units ≥ 0"),
+        ({"gap": float("nan")}, "gap must be"),
+        ({"method": "voxels"}, "method must be one of"),
+        ({"between_glyphs": False}, "needs obstacles, or between_glyphs=True"),
+        ({"obstacles": [[(0, 0), (1, np.inf), (2, 3)]]}, "must be finite"),
+    ],
+)
+def test_terms_that_are_none(options, message):
+    with pytest.raises(vf.OverlapError, match=message):
+        vf.solve(vf.Text("recursive", "a"), vf.NoOverlap(**options))
+    with pytest.raises(vf.OverlapError, match=message):
+        vf.resolve_overlaps(vf.Text("recursive", "a"), **options)
