@@ -31,7 +31,7 @@ BACK = 10
 """Halvings of the way from a free state back to the user's state."""
 INSIDE = 0.02
 """Part of that way from which the boundary of the free states is followed."""
-TOLERANCES = Tolerances(step=1e-5, gain=1e-4, zero=1e-5)
+TOLERANCES = Tolerances(step=1e-5, absolute_cost=1e-4, cost_floor=1e-5)
 """Of a descent: in normalized coordinates, and in square font units."""
 
 
