@@ -66,6 +66,14 @@ def test_two_pictures_need_two_names() -> None:
     assert found.status == "converged"
 
 
+def test_the_name_of_a_picture_may_begin_with_that_of_another() -> None:
+    text = vf.Text("recursive", "n")
+    image = picture(text.at({"wght": 700}), (24, 24))
+    terms = [vf.Looks(image, name="a"), vf.Looks(image, name="a.b")]
+    found = vf.solve(text, terms, max_iterations=3, restarts=0)
+    assert found.cost < vf.solve(text, terms, max_iterations=0, restarts=0).cost
+
+
 def test_bad_pictures_are_refused() -> None:
     text = vf.Text("dynapuff", "S")
     for looks, says in (

@@ -232,7 +232,8 @@ class PictureRows:
     def jacobian(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
         """See :class:`vfwidget.energy.rows.Rows`."""
         slope = signed_root(self.own_residual(place), self.term.loss, self.view.scale)[1]
-        own = [n for n in slices if n in (AXES, OFFSETS) or n.startswith(self.prefix)]
+        mine = {AXES, OFFSETS, *(self.prefix + part for part in self.view.blocks())}
+        own = [name for name in slices if name in mine]
         parts = [name.removeprefix(self.prefix) for name in own]
         rows = self.view.scene.jacobian(self._state(place), parts)
         flat: Array = rows.reshape(len(rows), -1)
