@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array, padded_table
 from ..text.points import AffineForm
 from ..text.word import Word
-from .rows import Derivative, PointRows
+from .rows import Derivative, PointRows, wrong_rows
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,18 @@ class AffineTerm:
         return id(self.form), self.rows.root, _bytes(self.by.points), _bytes(self.by.theta)
 
     def constant(self, theta: Array) -> Array:
-        """The part of the residual that neither points nor Θ change, (r,), weighted."""
+        """The part of the residual that neither points nor Θ change, (r,), weighted.
+
+        Raises
+        ------
+        SolveError
+            The derivative does not have one row for each residual.
+        """
         nowhere = np.zeros((len(self.rows.points.letter), 2))
-        return self.rows.root * self.rows.value(nowhere, np.zeros_like(theta))
+        value = self.rows.value(nowhere, np.zeros_like(theta))
+        if len(value) != self.size:
+            raise wrong_rows(self.rows.term.kind, self.size, len(value))
+        return self.rows.root * value
 
 
 def _bytes(array: Array | None) -> bytes:
@@ -97,7 +106,7 @@ class AffineRows:
             straight.append(root * by_theta.reshape(r, size))
             by_points = np.zeros((r, len(term.form.base)))
             if term.by.points is not None:
-                by_points = root * term.by.points.reshape(r, -1)
+                by_points = root * term.by.points.reshape(r, len(term.form.base))
             base.append(by_points @ term.form.base)
             gain.append(by_points @ term.form.gain)
             pushed.append(by_points @ term.form.pushed)

@@ -53,6 +53,8 @@ def derivative_of(
                 "operations, so it cannot be differentiated. Compute it from points and theta "
                 "without detach(), item() or torch.tensor(), or define derivative()."
             )
+        if not len(value):
+            return np.zeros((0, *points.shape)), np.zeros((0, *theta.shape))
         if len(value) <= points.size + theta.size:
             rows = [_backward(entry, inputs) for entry in value]
             by_points, by_theta = (torch.stack(side) for side in zip(*rows, strict=True))
@@ -81,5 +83,7 @@ def _as_vector(value: Any, kind: str) -> torch.Tensor:
             f"The residual of {kind} must return a tensor, not {type(value).__name__}: it defines "
             "no derivative, so it is called with tensors and differentiated by torch."
         )
+    if value.is_complex():
+        raise SolveError(f"The residual of {kind} must be real numbers, not {value.dtype}.")
     tensor: torch.Tensor = value.reshape(-1)
     return tensor

@@ -13,7 +13,7 @@ from ..errors import AxisError, SolveError
 from ..text import Text
 from ..text.place import AXES, OFFSETS, Block, Unknowns
 from .affine import AffineTerm, compiled
-from .rows import PointRows, Rows
+from .rows import PointRows, Rows, wrong_rows
 from .term import Term, TermResult
 
 
@@ -66,7 +66,7 @@ class Energy:
         if not terms or not all(isinstance(term, Term) for term in terms):
             raise SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
         self.text = text
-        self.terms = [term.bind(text) for term in terms]
+        self.terms = [_bound(term, text) for term in terms]
         blocks, added = _all_blocks(text, self.terms)
         self.unknowns = Unknowns(blocks, [*_names(free), *added])
         self.lower, self.upper = self.unknowns.lower, self.unknowns.upper
@@ -79,8 +79,8 @@ class Energy:
 
     def _lock(self, locks: Collection[str]) -> None:
         tags = [axis.tag for axis in self.text.font.axes]
-        unknown = [tag for tag in locks if tag not in tags]
-        if isinstance(locks, str) or unknown:
+        listed = isinstance(locks, Collection) and not isinstance(locks, str)
+        if not listed or any(tag not in tags for tag in locks):
             raise AxisError(f"locks are tags of axes ({', '.join(tags)}); received {locks!r}.")
         if AXES in self.unknowns.slices:
             mask = np.tile([tag in locks for tag in tags], self.text.word.parameters)
@@ -161,13 +161,16 @@ class Energy:
             residual = residual + self._compiled.by_offsets @ place[OFFSETS].ravel()
         return residual
 
-    def _check_sizes(self, parts: Sequence[Array]) -> None:
+    def _check_sizes(self, parts: Sequence[Array], derivative: bool = False) -> None:
         sizes = [len(part) for part in parts]
         if self._sizes is None:
             self._sizes = sizes
         if sizes != self._sizes:
             changed = next(i for i, size in enumerate(sizes) if size != self._sizes[i])
             others = [t for t, r in zip(self.terms, self._rows, strict=True) if r in self._others]
+            # Where torch differentiates the residual, it is the residual that has changed.
+            if derivative and not getattr(self._others[changed], "automatic", False):
+                raise wrong_rows(others[changed].kind, sizes[changed], self._sizes[changed])
             raise SolveError(
                 f"The residual of {others[changed].kind} had {self._sizes[changed]} values and now "
                 f"has {sizes[changed]}. Only a term with moving = True may change their number, "
@@ -180,7 +183,7 @@ class Energy:
             return self._compiled.evaluate(x)[1]
         place, slices = self.unknowns.place(x), self.unknowns.slices
         parts = [rows.jacobian(place, slices) for rows in self._others]
-        self._check_sizes(parts)
+        self._check_sizes(parts, derivative=True)
         if self._compiled is not None or not parts:
             parts.insert(0, self._affine_jacobian(place))
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
@@ -226,6 +229,16 @@ class Energy:
                 cost += float((x - pull[1]) ** 2 @ pull[0])
             found.append(TermResult(term, miss, cost))
         return found
+
+
+def _bound(term: Term, text: Text) -> Term:
+    bound = term.bind(text)
+    if not isinstance(bound, Term):
+        raise SolveError(
+            f"bind() of {term.kind} must return a term, such as self; "
+            f"received {type(bound).__name__}."
+        )
+    return bound
 
 
 def _names(free: Any) -> Collection[str]:

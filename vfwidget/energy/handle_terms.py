@@ -12,6 +12,7 @@ import numpy as np
 from ..arrays import Array, to_array
 from ..deprecation import renamed
 from ..errors import SolveError
+from ..solver.problem import is_number
 from ..text import Handle, Text
 from .rows import Derivative
 from .term import Term
@@ -44,7 +45,10 @@ class Target(Term):
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
-        position = to_array(self.position)
+        try:
+            position = to_array(self.position)
+        except (TypeError, ValueError):
+            position = np.zeros(0)
         if position.shape != (2,) or not np.isfinite(position).all():
             raise SolveError(f"A position is two finite numbers (x, y), not {self.position!r}.")
         return self if position is self.position else replace(self, position=position)
@@ -102,8 +106,9 @@ class SharedX(Term):
     coordinate: ClassVar[int] = 0
 
     def bind(self, text: Text) -> Term:
+        super().bind(text)
         _at_least(2, self)
-        return super().bind(text)
+        return self
 
     def residual(self, points: Array, theta: Array) -> Array:
         along = points[:, self.coordinate]
@@ -153,8 +158,9 @@ class Collinear(Term):
     weight: float = 1.0
 
     def bind(self, text: Text) -> Term:
+        super().bind(text)
         _at_least(3, self)
-        return super().bind(text)
+        return self
 
     def residual(self, points: Array, theta: Array) -> Array:
         normal, _ = self._line(points)
@@ -215,7 +221,7 @@ class Distance(Term):
         if self.length is None:
             here = np.stack([to_array(text.position(h)) for h in self.handles])
             return replace(self, length=self._measure(here)[0])
-        if not (math.isfinite(self.length) and self.length >= 0):
+        if not (is_number(self.length) and 0 <= self.length < math.inf):
             raise SolveError(f"A distance is a finite number ≥ 0, not {self.length!r}.")
         return self
 
@@ -237,5 +243,5 @@ class Distance(Term):
 
 
 def _at_least(count: int, term: Term) -> None:
-    if len(term.handles) < count:
+    if len(term.handles or ()) < count:
         raise SolveError(f"{type(term).__name__} needs at least {count} handles.")

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, to_array
 from ..errors import SolveError
 from ..text.place import AXES, OFFSETS
 from ..text.points import PointSet
@@ -86,7 +86,8 @@ class PointRows:
         """
         if self.automatic:
             return value_of(self.term.residual, positions, theta, self.term.kind)
-        value = self.term.residual(positions, theta)
+        # A term that writes to its arguments must not move the text.
+        value = self.term.residual(positions, theta.copy())
         if not isinstance(value, np.ndarray) or value.ndim != 1 or value.dtype != np.float64:
             raise SolveError(
                 f"The residual of {self.term.kind} must return a float64 array (r,); "
@@ -120,19 +121,46 @@ class PointRows:
         Raises
         ------
         SolveError
-            It has the wrong shape.
+            It is no Derivative, or has the wrong shape.
         """
-        by: Derivative = self.term.derivative(positions, theta)
-        for what, array, shape in (
-            ("points", getattr(by, "points", None), positions.shape),
-            ("theta", getattr(by, "theta", None), theta.shape),
-        ):
-            if array is not None and np.shape(array)[1:] != shape:
-                raise SolveError(
-                    f"The derivative of {self.term.kind} by {what} must have the shape "
-                    f"(r, {', '.join(map(str, shape))}); received {np.shape(array)}."
-                )
-        return by
+        by = self.term.derivative(positions, theta.copy())
+        if not isinstance(by, Derivative):
+            raise SolveError(
+                f"derivative() of {self.term.kind} must return a vf.Derivative; "
+                f"received {_shown(by)}."
+            )
+        by_points = self._side("points", by.points, positions.shape)
+        by_theta = self._side("theta", by.theta, theta.shape)
+        if by_points is not None and by_theta is not None and len(by_points) != len(by_theta):
+            raise SolveError(
+                f"The derivative of {self.term.kind} has {len(by_points)} rows by points and "
+                f"{len(by_theta)} by theta; both need one for each residual."
+            )
+        return Derivative(by_points, by_theta)
+
+    def _side(self, what: str, values: Any, shape: tuple[int, ...]) -> Array | None:
+        """One part of a derivative as an array of numbers, checked."""
+        if values is None:
+            return None
+        try:
+            array = to_array(values)
+        except (TypeError, ValueError):
+            array = np.zeros(())
+        if array.shape[1:] != shape or array.ndim != len(shape) + 1:
+            got = f"{array.shape}" if array.ndim else _shown(values)
+            raise SolveError(
+                f"The derivative of {self.term.kind} by {what} must have the shape "
+                f"(r, {', '.join(map(str, shape))}); received {got}."
+            )
+        return array
+
+
+def wrong_rows(kind: str, rows: int, residuals: int) -> SolveError:
+    """The error for a derivative whose length is not that of the residual."""
+    return SolveError(
+        f"The derivative of {kind} has {rows} rows, and its residual has {residuals} values; "
+        "it needs one row for each of them."
+    )
 
 
 def _shown(value: Any) -> str:

@@ -10,7 +10,7 @@ from ..arrays import Array
 from ..solver.least_squares import Iterate
 from ..solver.status import CONVERGED
 from ..text import Text
-from ..text.place import Place
+from ..text.place import OFFSETS, Place
 from .term import TermResult
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ UNREACHABLE = "unreachable"
 """No step lowers the cost any more, and a goal is still missed."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Solution:
     """The result of :func:`solve`.
 
@@ -89,6 +89,9 @@ class Solution:
     def report(self) -> str:
         """A table to print: which goals are met, by how much others are missed, and each axis.
 
+        Letters that were moved are listed too, and it says whether there is a better result
+        farther away.
+
         Returns
         -------
         str
@@ -107,6 +110,13 @@ class Solution:
                 name = tag if self.text.shared else f"{self.text.word.letter_names[letter]} {tag}"
                 end = {-1: "  held at its minimum", 1: "  held at its maximum"}.get(int(held), "")
                 lines.append(f"{name:{width}}  {old:11.4g}  {new:10.4g}{end}")
+        moves = self.text.place[OFFSETS] - self.start.place[OFFSETS]
+        if moves.any():
+            lines += ["", f"{'letter':{width}}  {'moved by x':>11}  {'y':>10}"]
+            for name, (x, y) in zip(self.text.word.letter_names, moves, strict=True):
+                lines.append(f"{name:{width}}  {x:11.1f}  {y:10.1f}")
+        if self.elsewhere is not None:
+            lines += ["", "A better result lies farther away: see solution.elsewhere."]
         return "\n".join(lines)
 
     def __repr__(self) -> str:

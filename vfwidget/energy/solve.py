@@ -13,14 +13,14 @@ from ..arrays import Array
 from ..errors import SolveError
 from ..solver.drivers import History, active_bounds, minimise
 from ..solver.least_squares import Iterate
-from ..solver.problem import Problem, Proximity, State, Tolerances
+from ..solver.problem import Problem, Proximity, State, Tolerances, is_count, is_number
 from ..solver.status import CONVERGED
 from ..text import Text
 from ..text.place import AXES, Place
 from .energy import Energy
 from .handle_terms import Pin
 from .solution import UNREACHABLE, Solution
-from .term import Term, TermResult
+from .term import MET, Term, TermResult
 
 LEAST_GAIN = 1e-4
 """Squared font units: the solve ends when a step lowers the cost by less. Without this limit it
@@ -68,8 +68,8 @@ def solve(
         moves no outline point by more than 2 % of the em. A better result farther away is left in
         ``solution.elsewhere``.
     restart_seconds : float, optional
-        Restarts end after this many seconds, and the best result so far is kept. Default: no
-        limit, so that a solve can be repeated exactly.
+        Restarts end this many seconds after the call, and the best result so far is kept.
+        Default: no limit, so that a solve can be repeated exactly.
 
     Returns
     -------
@@ -78,8 +78,8 @@ def solve(
     Raises
     ------
     SolveError
-        There are no terms, a handle belongs to another text, a number is not finite, or a block
-        of unknowns does not exist.
+        There are no terms, a handle belongs to another text, a number is not finite or out of
+        range, a term has no value at the start, or a block of unknowns does not exist.
     AxisError
         A lock is no axis of the font.
 
@@ -97,9 +97,14 @@ def solve(
     terms = [terms] if isinstance(terms, Term) else terms
     if not isinstance(terms, Sequence):
         raise SolveError(f"terms is a Term or a sequence of terms, not {type(terms).__name__}.")
-    tolerances = Tolerances(step=step_tolerance, absolute_cost=LEAST_GAIN, cost_floor=COST_FLOOR)
-    until = math.inf if restart_seconds is None else time.perf_counter() + restart_seconds
+    if not is_count(restarts):
+        raise SolveError(f"restarts must be a whole number ≥ 0; received {restarts!r}.")
+    until = _end_of(restart_seconds)
     energy = Energy(text, terms, free, locks)
+    least = _least_goal(energy.terms)
+    tolerances = Tolerances(
+        step=step_tolerance, absolute_cost=LEAST_GAIN * least, cost_floor=COST_FLOOR * least
+    )
     best = descend(energy, energy.unknowns.start, tolerances, max_iterations)
     elsewhere = None
     if not best.meets_all and restarts > 0:
@@ -108,6 +113,9 @@ def solve(
         for x in _other_places(energy, restarts):
             if time.perf_counter() > until:
                 break
+            if not np.isfinite(soft.residual(x)).all():
+                # A term has no value there, which says nothing about the first result.
+                continue
             near = descend(soft, x, tolerances, max_iterations, deadline=until)
             if near.state.cost >= best.state.cost:
                 # Stiff terms only add to the cost.
@@ -214,6 +222,26 @@ def descend(
         deadline=deadline,
     )
     return Descent(problem, state, history, energy.results(state.x))
+
+
+def _end_of(seconds: float | None) -> float:
+    """The value of ``time.perf_counter()`` at which the restarts end."""
+    if seconds is None:
+        return math.inf
+    if not (is_number(seconds) and seconds >= 0):
+        raise SolveError(
+            f"restart_seconds must be None or a number of seconds ≥ 0; received {seconds!r}."
+        )
+    return time.perf_counter() + float(seconds)
+
+
+def _least_goal(terms: Sequence[Term]) -> float:
+    """The cost of the goal whose tolerance costs least, at most 1 for half a font unit.
+
+    Gains that are small for a usual goal decide whether a goal of small weight is met.
+    """
+    goals = [t.weight * (t.tolerance / MET) ** 2 for t in terms if t.tolerance is not None]
+    return min(1.0, *goals, 1.0)
 
 
 def _softened(term: Term) -> Term:

@@ -15,12 +15,13 @@ a term whose points change (``moving``).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ..arrays import Array
 from ..errors import SolveError
+from ..solver.problem import is_number
 from ..text import Handle, Text
 from ..text.place import Block
 from ..text.points import PointSet
@@ -40,7 +41,8 @@ class Term:
     Attributes
     ----------
     handles : tuple of Handle
-        The outline points whose positions :meth:`residual` receives, in this order.
+        The outline points whose positions :meth:`residual` receives, in this order. Default: no
+        point. None stands for all control points of the text.
     weight : float
         Factor of the term's squares, greater than 0. Default 1. The package applies it; a
         residual leaves it out.
@@ -48,8 +50,8 @@ class Term:
         The goal counts as met when :meth:`miss` is at most this. Default 0.5 font units. None
         marks a preference that has no goal, such as :class:`StayClose`.
     affine : bool
-        Set it to True where the residual is affine in the positions and in Θ and
-        :meth:`derivative` is defined. Such terms are evaluated faster.
+        Set it to True where the residual is affine in the positions and in Θ. Such terms are
+        evaluated faster. :func:`check_derivative` finds a term that is not.
     moving : bool
         Set it to True where :meth:`locate` may find other points, or another number of
         residuals, at another place. It is then called again after every step of the solver.
@@ -83,10 +85,16 @@ class Term:
         Raises
         ------
         SolveError
-            The weight is not a finite number greater than 0, or a handle belongs to another text.
+            The weight is not a finite number greater than 0, the tolerance is neither None nor a
+            finite number of at least 0, or a handle belongs to another text.
         """
-        _check_weight(self.weight)
-        for handle in self.handles or ():
+        _check_numbers(self.weight, self.tolerance)
+        handles = () if self.handles is None else self.handles
+        if not isinstance(handles, Sequence):
+            raise SolveError(
+                f"handles of {self.kind} must be a sequence of handles; received {handles!r:.80}."
+            )
+        for handle in handles:
             if not isinstance(handle, Handle) or not text.owns(handle):
                 raise SolveError(f"{handle!r} is not a handle of the text {text.string!r}.")
         return self
@@ -201,7 +209,8 @@ class TermResult:
         return self.miss is None or tolerance is None or self.miss <= tolerance
 
 
-def _check_weight(weight: Any) -> None:
-    number = isinstance(weight, int | float) and not isinstance(weight, bool)
-    if not (number and math.isfinite(weight) and weight > 0):
+def _check_numbers(weight: Any, tolerance: Any) -> None:
+    if not (is_number(weight) and 0 < weight < math.inf):
         raise SolveError(f"A weight is a finite number > 0, not {weight!r}.")
+    if tolerance is not None and not (is_number(tolerance) and 0 <= tolerance < math.inf):
+        raise SolveError(f"A tolerance is None or a finite number ≥ 0, not {tolerance!r}.")

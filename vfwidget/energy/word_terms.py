@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 class StayClose(Term):
     """Stay near a place of the design space: λ ‖Θ − Θ₀‖² (Sec. 5.1).
 
-    Among the many places that meet the other terms equally well it selects the nearest.
+    Among the many places that meet the other terms equally well it selects the nearest. It acts
+    on the axes only, and not on the offsets of letters.
 
     Parameters
     ----------

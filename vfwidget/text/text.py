@@ -292,7 +292,7 @@ class Text:
 
     def owns(self, handle: Handle) -> bool:
         """Whether the handle was made by this text, here or elsewhere in its design space."""
-        return handle.word is self.word
+        return isinstance(handle, Handle) and handle.word is self.word
 
     @property
     def breakpoints(self) -> list[Array]:

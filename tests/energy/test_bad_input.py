@@ -1,0 +1,215 @@
+"""A solve answers bad input by one clear error, and never by a wrong result."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+import vfwidget as vf
+
+Function = Callable[[Any], Any]
+BY_X = vf.Derivative(points=np.array([[[1.0, 0.0]]]))
+
+
+@pytest.fixture
+def text() -> vf.Text:
+    return vf.Text("recursive", "hand", axes={"wght": 600})
+
+
+@pytest.fixture
+def handle(text: vf.Text) -> vf.Handle:
+    return text.nearest(100, 700)
+
+
+def make(handle: Any, residual: Function, derivative: Any = None, **attributes: Any) -> vf.Term:
+    """A term over one handle, with a derivative if one is given."""
+    own = {"residual": lambda self, points, theta: residual(points), **attributes}
+    if derivative is not None:
+        own["derivative"] = lambda self, points, theta: derivative
+    term = type("Mine", (vf.Term,), own)()
+    term.handles = handle if not isinstance(handle, vf.Handle) else (handle,)
+    return term
+
+
+def x_at(goal: float) -> Function:
+    return lambda points: points[:, 0] - goal
+
+
+@pytest.mark.parametrize("affine", [False, True])
+@pytest.mark.parametrize(
+    ("derivative", "says"),
+    [
+        ((BY_X.points, None), "must return a vf.Derivative; received tuple"),
+        (vf.Derivative(), "has 0 rows, and its residual has 1 values"),
+        (vf.Derivative(points=np.ones((2, 1, 2))), "has 2 rows, and its residual has 1 values"),
+        (vf.Derivative(points=np.zeros((0, 1, 2))), "has 0 rows, and its residual has 1"),
+        (vf.Derivative(BY_X.points, np.zeros((2, 1, 5))), "1 rows by points and 2 by theta"),
+        (vf.Derivative(points="a"), r"the shape \(r, 1, 2\); received str"),
+    ],
+)
+def test_a_wrong_derivative_is_an_error(
+    text: vf.Text, handle: vf.Handle, derivative: Any, says: str, affine: bool
+) -> None:
+    term = make(handle, x_at(0), derivative, affine=affine)
+    with pytest.raises(vf.SolveError, match=says):
+        vf.solve(text, term)
+    with pytest.raises(vf.SolveError, match=says):
+        vf.check_derivative(term, text)
+
+
+@pytest.mark.parametrize("kind", [list, torch.tensor])
+def test_a_derivative_may_be_a_list_or_a_tensor(
+    text: vf.Text, handle: vf.Handle, kind: Callable[[Any], Any]
+) -> None:
+    goal = float(text.position(handle)[0]) + 20
+    derivative = vf.Derivative(points=kind([[[1.0, 0.0]]]))
+    for affine in (False, True):
+        term = make(handle, x_at(goal), derivative, affine=affine)
+        assert vf.solve(text, term).status == "converged"
+
+
+def test_the_check_finds_a_term_that_is_affine_in_name_only(
+    text: vf.Text, handle: vf.Handle
+) -> None:
+    class Square(vf.Term):
+        affine = True
+        handles = (handle,)
+
+        def residual(self, points: np.ndarray, theta: np.ndarray) -> np.ndarray:
+            return points[:, 0] ** 2
+
+        def derivative(self, points: np.ndarray, theta: np.ndarray) -> vf.Derivative:
+            return vf.Derivative(points=np.array([[[2 * points[0, 0], 0.0]]]))
+
+    assert vf.check_derivative(Square(), text) > 0.1
+    Square.affine = False
+    assert vf.check_derivative(Square(), text) < 1e-4
+
+
+def test_a_residual_that_writes_to_its_arguments_does_not_move_the_text(
+    text: vf.Text, handle: vf.Handle
+) -> None:
+    class Careless(vf.Term):
+        handles = (handle,)
+
+        def residual(self, points: np.ndarray, theta: np.ndarray) -> np.ndarray:
+            theta += 1
+            return points[:, 0]
+
+        def derivative(self, points: np.ndarray, theta: np.ndarray) -> vf.Derivative:
+            theta -= 1
+            return BY_X
+
+    before = text.theta.clone()
+    vf.solve(text, Careless(), restarts=0)
+    vf.solve(text, Careless(), free=["offsets"], restarts=0)
+    assert torch.equal(text.theta, before)
+
+
+def test_a_term_without_a_value_elsewhere_does_not_spoil_the_first_result(
+    text: vf.Text, handle: vf.Handle
+) -> None:
+    x = float(text.position(handle)[0])
+
+    def residual(points: np.ndarray) -> np.ndarray:
+        return np.where(points[:, 0] > x + 5, np.nan, points[:, 0] - x - 20)
+
+    found = vf.solve(text, make(handle, residual, BY_X))
+    assert found.status != "converged"
+    assert found.misses[0] == pytest.approx(15, abs=0.1)
+
+
+@pytest.mark.parametrize("weight", [1e-7, 1e-12, 1e-300])
+def test_a_small_weight_alone_changes_nothing(
+    text: vf.Text, handle: vf.Handle, weight: float
+) -> None:
+    goal = text.position(handle) + torch.tensor([20.0, 0.0])
+    assert vf.solve(text, vf.Target(handle, goal, weight=weight)).misses[0] < 0.5
+
+
+@pytest.mark.parametrize("weight", [np.float32(2), np.int64(2)])
+def test_numbers_of_numpy_are_weights(text: vf.Text, handle: vf.Handle, weight: Any) -> None:
+    assert vf.solve(text, vf.Pin(handle, weight=weight)).status == "converged"
+
+
+def test_a_term_without_residuals_is_met(text: vf.Text, handle: vf.Handle) -> None:
+    empty = vf.Derivative(points=np.zeros((0, 1, 2)))
+    for term in (
+        make(handle, lambda points: points[:0, 0]),
+        make(handle, lambda points: points[:0, 0], empty),
+        make(handle, lambda points: points[:0, 0], empty, affine=True),
+    ):
+        assert vf.solve(text, term).cost == 0
+    blank = vf.Text("recursive", "  ")
+    assert vf.solve(blank, vf.Residual(lambda points: points[:, 0])).cost == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"restarts": 1.5}, "restarts must be a whole number ≥ 0; received 1.5"),
+        ({"restarts": None}, "restarts must be"),
+        ({"restarts": -1}, "restarts must be"),
+        ({"restart_seconds": math.nan}, "restart_seconds must be"),
+        ({"restart_seconds": -1}, "restart_seconds must be"),
+        ({"restart_seconds": "3"}, "received '3'"),
+        ({"locks": 3}, "locks are tags"),
+    ],
+)
+def test_bad_options_are_refused(
+    text: vf.Text, handle: vf.Handle, options: dict[str, Any], says: str
+) -> None:
+    with pytest.raises(vf.VFWidgetError, match=says):
+        vf.solve(text, vf.Pin(handle), **options)
+
+
+def test_bad_terms_are_refused(text: vf.Text, handle: vf.Handle) -> None:
+    for term, says in (
+        (make(3, x_at(0)), "handles of Mine must be a sequence of handles; received 3"),
+        (make(handle, x_at(0), tolerance="a"), "A tolerance is None or a finite number ≥ 0"),
+        (make(handle, x_at(0), tolerance=math.nan), "not nan"),
+        (make(handle, x_at(0), tolerance=math.inf), "not inf"),
+        (make(handle, x_at(0), bind=lambda self, text: None), "must return a term, such as self"),
+        (make(handle, lambda points: points.to(torch.complex128)), "must be real numbers"),
+        (vf.SharedX(handle), "must be a sequence of handles"),  # type: ignore[arg-type]
+        (vf.SharedX(None), "at least 2 handles"),  # type: ignore[arg-type]
+        (vf.Residual(lambda points: points, handle), "must be a sequence"),  # type: ignore[arg-type]
+        (vf.Target(handle, "ab"), "A position is two finite numbers"),
+        (vf.Distance(handle, handle, "x"), "A distance is a finite number"),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(vf.SolveError, match=says):
+            vf.solve(text, term)
+    for bad in (None, "hand"):
+        with pytest.raises(vf.SolveError, match="needs a Text"):
+            vf.check_derivative(vf.Pin(handle), bad)  # type: ignore[arg-type]
+    with pytest.raises(vf.GlyphError, match="3 is not a handle of this text"):
+        text.position(3)  # type: ignore[arg-type]
+
+
+def test_a_report_names_moved_letters_and_the_better_result() -> None:
+    text = vf.Text("recursive", "no")
+    o = text.handle(1)
+    goal = text.position(o) + torch.tensor([30.0, -20.0])
+    report = vf.solve(text, vf.Target(o, goal), free=["offsets"]).report()
+    assert report.splitlines()[-1].split() == ["o", "30.0", "-20.0"]
+    wavy = vf.Text("afacad-flux", "wavy")
+    handles = [wavy.handle(1, 0, segment, 0.2) for segment in range(6)]
+    found = [
+        vf.solve(wavy, [vf.Target(h, wavy.position(h) + torch.tensor([100, 60])), vf.StayClose()])
+        for h in handles
+    ]
+    assert any(solution.elsewhere for solution in found)
+    for solution in found:
+        told = "see solution.elsewhere" in solution.report()
+        assert told == (solution.elsewhere is not None)
+
+
+def test_solutions_are_equal_only_to_themselves(text: vf.Text, handle: vf.Handle) -> None:
+    one, other = (vf.solve(text, vf.Pin(handle)) for _ in range(2))
+    assert one != other
+    assert len({one, other}) == 2
