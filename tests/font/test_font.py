@@ -73,9 +73,7 @@ def test_an_instance_is_a_location():
 
 def test_an_instance_of_another_font_is_refused():
     foreign = vf.load_font("recursive").instances[0]
-    with pytest.raises(
-        vf.AxisError, match="is an instance of another font; this font has the inst"
-    ):
+    with pytest.raises(vf.AxisError, match="is an instance of another font; this font has"):
         vf.load_font("dynapuff").normalize(foreign)
 
 

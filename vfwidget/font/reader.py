@@ -7,10 +7,11 @@ from fontTools.ttLib import TTFont
 
 from ..errors import FontError
 from ..outline.glyph import Glyph
-from ..outline.varying import Affine
+from ..outline.varying import Affine, Varying
 from .cff import CffReader
 from .glyf import GlyfReader
 from .metrics import Advances
+from .varc import VarcReader
 
 OUTLINE_TABLES: dict[str, type[GlyfReader] | type[CffReader]] = {
     **{"GLYF": GlyfReader, "glyf": GlyfReader, "CFF2": CffReader, "CFF ": CffReader}
@@ -42,6 +43,9 @@ class GlyphReader:
             )
         self._font = font
         self._outlines = OUTLINE_TABLES[tag](font, axis_count)
+        self._composites = (
+            VarcReader(font, axis_count, self._outlines.read) if "VARC" in font else None
+        )
         self._widths = Advances(font, axis_count)
         vertical = "vmtx" in font or "VMTX" in font
         self._heights = Advances(font, axis_count, vertical=True) if vertical else None
@@ -56,15 +60,14 @@ class GlyphReader:
         """
         glyph_id: int = self._font.getGlyphID(name)
         drawn = self._outlines.read(name)
-        glyph = Glyph(
-            drawn.points[0],
-            np.moveaxis(drawn.points[1:], 0, -1),
-            drawn.support,
-            drawn.contours,
-            self._widths.read(name, glyph_id, drawn.width, drawn.support),
-            name,
-            glyph_id,
-        )
+        width = Affine(*self._widths.read(name, glyph_id, drawn.width, drawn.support))
+        outline: Varying
+        if self._composites and name in self._composites:
+            outline, contours = self._composites.read(name)
+        else:
+            outline = Affine(drawn.points[0], np.moveaxis(drawn.points[1:], 0, -1), drawn.support)
+            contours = list(drawn.contours)
+        glyph = Glyph.of(outline, width, contours, name, glyph_id)
         if self._heights:
             height = self._heights.read(name, glyph_id, drawn.height, drawn.support)
             glyph.advance_height = Affine(*height)

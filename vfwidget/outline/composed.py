@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, like, namespace, padded_table
+from ..arrays import Array, BoolArray, like, namespace, padded_table
 from .variation import ON_KINK
 from .varying import Affine, Varying
 
 
-class Displaced(Varying):
+class Coordinates(Varying):
+    """Coordinates (n',) that follow from others (n,)."""
+
+    @property
+    @abstractmethod
+    def unchanged(self) -> BoolArray:
+        """Which coordinates are always those that were given, (n',)."""
+
+
+class Displaced(Coordinates):
     """Coordinates plus an affine displacement, kept within -1 … 1.
 
     Parameters
@@ -31,9 +41,9 @@ class Displaced(Varying):
         return self.displacement.breakpoints
 
     @cached_property
-    def moved(self) -> Array:
-        """Which coordinates are displaced anywhere, (n,)."""
-        return self.displacement.deltas.any(-1) | (self.displacement.base != 0)
+    def unchanged(self) -> BoolArray:
+        """See :attr:`Coordinates.unchanged`."""
+        return ~(self.displacement.deltas.any(-1) | (self.displacement.base != 0))
 
     def value(self, w: Any) -> Any:
         """See :meth:`Varying.value`."""
@@ -55,7 +65,7 @@ class Composed(Varying):
     ----------
     outer : Varying
         Over n' coordinates.
-    inner : Varying
+    inner : Coordinates
         Of shape (n',) over n axes.
 
     Notes
@@ -66,20 +76,17 @@ class Composed(Varying):
     the derivative of ``outer`` to the right.
     """
 
-    def __init__(self, outer: Varying, inner: Varying) -> None:
+    def __init__(self, outer: Varying, inner: Coordinates) -> None:
         self.outer, self.inner = outer, inner
         self.shape = outer.shape
 
     @property
     def breakpoints(self) -> list[Array]:
         """Those of ``inner``, and those of ``outer`` on axes that ``inner`` leaves as they are."""
-        found = self.inner.breakpoints
-        if not isinstance(self.inner, Displaced):
-            return found
         return [
-            own if moved else np.union1d(own, other)
-            for own, other, moved in zip(
-                found, self.outer.breakpoints, self.inner.moved, strict=True
+            np.union1d(own, other) if unchanged else own
+            for own, other, unchanged in zip(
+                self.inner.breakpoints, self.outer.breakpoints, self.inner.unchanged, strict=True
             )
         ]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..arrays import Array, ArrayLike, to_tensor
 from ..errors import GlyphError
-from .composed import Composed
+from .composed import Composed, Coordinates
 from .contours import Contours
 from .coordinates import check_coordinates
 from .cubics import x_extent
@@ -273,7 +273,7 @@ class Glyph:
         twin.advance_width = constant(0.0, self.outline.axis_count)
         return twin
 
-    def over(self, coordinates: Varying) -> Glyph:
+    def over(self, coordinates: Coordinates) -> Glyph:
         """The glyph as a function of coordinates from which its own follow."""
         twin = copy(self)
         twin.outline = Composed(self.outline, coordinates)

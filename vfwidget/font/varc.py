@@ -1,0 +1,206 @@
+"""Glyphs of components that have axis values and transformations of their own (VARC).
+
+A component's axis values and its transformation are affine in the scalars at the glyph's own
+coordinates. The outline is then drawn at those axis values and transformed, so a glyph of this
+kind is a composition and not affine.
+
+The VARC table: github.com/harfbuzz/boring-expansion-spec, "VARC".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from fontTools.ttLib import TTFont
+from fontTools.ttLib.tables.otTables import VAR_TRANSFORM_MAPPING, VarComponentFlags
+
+from ..arrays import Array, like, namespace
+from ..errors import FontError
+from ..outline.composed import Composed, Coordinates, Displaced
+from ..outline.placed import Joined, Placed, Replaced, Shown
+from ..outline.varying import Affine, Varying, constant
+from .glyf import MAX_COMPONENT_DEPTH, MAX_COMPONENTS
+from .unpacked import Unpacked
+from .varstore import NO_VARIATION
+
+F2DOT14 = 16384
+ANGLES = ("rotation", "skewX", "skewY")
+
+
+class VarcReader:
+    """The VARC table of a font.
+
+    Parameters
+    ----------
+    font : TTFont
+    axis_count : int
+    read : function
+        Unpacks a glyph of glyf or CFF2 by name.
+    """
+
+    def __init__(self, font: TTFont, axis_count: int, read: Callable[[str], Unpacked]) -> None:
+        self._table, self._axis_count, self._read = font["VARC"].table, axis_count, read
+        self._index = {name: i for i, name in enumerate(self._table.Coverage.glyphs)}
+        store = self._table.MultiVarStore
+        self._data = store.MultiVarData if store else []
+        regions = store.SparseVarRegionList.Region if store else []
+        self._support = np.zeros((len(regions), axis_count, 3))
+        for j, region in enumerate(regions):
+            for part in region.SparseVarRegionAxis:
+                sides = part.StartCoord, part.PeakCoord, part.EndCoord
+                self._support[j, part.AxisIndex] = sides
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._index
+
+    def read(self, name: str) -> tuple[Varying, list[int]]:
+        """The outline of one glyph as a function of the font's coordinates, and its contours.
+
+        Raises
+        ------
+        FontError
+            Components nest without end or are too many, or an index leads nowhere.
+        """
+        still = Displaced(constant(np.zeros(self._axis_count), self._axis_count))
+        drawing = _Drawing(self, name, still)
+        drawing.add(name, still, [], 0)
+        if not drawing.parts:
+            return constant(np.zeros((0, 2)), self._axis_count), []
+        return Joined(drawing.parts), drawing.contours
+
+    def components(self, name: str) -> list[Any]:
+        """The components of one glyph."""
+        records: list[Any] = self._table.VarCompositeGlyphs.VarCompositeGlyph
+        return list(records[self._index[name]].components)
+
+    def leaf(self, name: str) -> tuple[Affine, list[int]]:
+        """The outline that a glyph has in glyf or CFF2, and its contours."""
+        drawn = self._read(name)
+        deltas = np.moveaxis(drawn.points[1:], 0, -1)
+        return Affine(drawn.points[0], deltas, drawn.support), list(drawn.contours)
+
+    def coordinates(self, component: Any, here: Coordinates, font: Coordinates) -> Coordinates:
+        """Where a component's glyph is drawn: the axis values it states replace those around it."""
+        reset = component.flags & VarComponentFlags.RESET_UNSPECIFIED_AXES
+        base = font if reset else here
+        if component.axisIndicesIndex is None:
+            return base
+        axes = np.array(self._table.AxisIndicesList.Item[component.axisIndicesIndex], dtype=np.intp)
+        values = np.array(component.axisValues, dtype=np.float64)
+        if axes.max(initial=0) >= self._axis_count:
+            raise FontError("The VARC table is damaged: a component names an axis that is missing.")
+        deltas, support = self._row(component.axisValuesVarIndex, len(axes))
+        return Replaced(base, axes, Composed(Affine(values, deltas / F2DOT14, support), here))
+
+    def transformation(self, component: Any, here: Coordinates) -> Varying:
+        """A component's nine parameters."""
+        stated = [bool(component.flags & part.flag) for part in VAR_TRANSFORM_MAPPING.values()]
+        base, units = np.zeros(9), np.zeros(9)
+        for i, (name, part) in enumerate(VAR_TRANSFORM_MAPPING.items()):
+            radians = np.pi / 180 if name in ANGLES else 1.0
+            base[i] = getattr(component.transform, name) * radians
+            units[i] = part.scale / (1 << part.fractionalBits) * radians
+        rows, support = self._row(component.transformVarIndex, sum(stated))
+        deltas = np.zeros((9, len(support)))
+        deltas[stated] = rows
+        deltas *= units[:, None]
+        if not stated[4]:
+            # Without a scale in y the one in x serves both.
+            deltas[4] = deltas[3]
+        return Composed(Affine(base, deltas, support), here)
+
+    def condition(self, component: Any, here: Coordinates) -> Callable[[Any], Any] | None:
+        """When a component is drawn: None for always, else a function that gives 1 or 0."""
+        if component.conditionIndex is None:
+            return None
+        rule = self._table.ConditionList.ConditionTable[component.conditionIndex]
+        return lambda w: _holds(rule, here.value(w), self._value)
+
+    def _value(self, rule: Any, w: Any) -> Any:
+        """The value that a condition of format 2 compares with 0."""
+        deltas, support = self._row(rule.VarIdx, 1)
+        return Affine(np.array([float(rule.DefaultValue)]), deltas, support).value(w)[..., 0]
+
+    def _row(self, index: int, count: int) -> tuple[Array, Array]:
+        """Deltas (count, m) of as many values, and their support (m, n, 3)."""
+        if index == NO_VARIATION:
+            return np.zeros((count, 0)), self._support[:0]
+        outer, inner = index >> 16, index & 0xFFFF
+        if outer >= len(self._data) or inner >= len(self._data[outer].Item):
+            raise FontError("The VARC table is damaged: an index leads to no deltas.")
+        support = self._support[np.array(self._data[outer].VarRegionIndex, dtype=np.intp)]
+        deltas = np.array(self._data[outer].Item[inner], dtype=np.float64)
+        # An empty row means that nothing varies.
+        deltas = deltas if deltas.size else np.zeros(count * len(support))
+        return deltas.reshape(len(support), count).T, support
+
+
+class _Drawing:
+    """One glyph while its components are followed."""
+
+    def __init__(self, reader: VarcReader, name: str, font: Coordinates) -> None:
+        self.reader, self.name, self.font = reader, name, font
+        self.parts: list[Varying] = []
+        self.contours: list[int] = []
+        self._components = 0
+
+    def add(
+        self,
+        name: str,
+        here: Coordinates,
+        around: list[tuple[Varying, Callable[[Any], Any] | None]],
+        depth: int,
+    ) -> None:
+        """Add a glyph at some coordinates, inside transformations and conditions around it."""
+        if depth > MAX_COMPONENT_DEPTH:
+            raise FontError(f"The components of glyph {self.name!r} nest too deeply.")
+        for component in self.reader.components(name):
+            self._components += 1
+            if self._components > MAX_COMPONENTS:
+                raise FontError(f"The components of glyph {self.name!r} are too many.")
+            coordinates = self.reader.coordinates(component, here, self.font)
+            placing = (
+                self.reader.transformation(component, here),
+                self.reader.condition(component, here),
+            )
+            inside = [placing, *around]
+            # A glyph that names itself means its own outline in glyf or CFF2.
+            if component.glyphName != name and component.glyphName in self.reader:
+                self.add(component.glyphName, coordinates, inside, depth + 1)
+            else:
+                self._draw(component.glyphName, coordinates, inside)
+
+    def _draw(
+        self,
+        name: str,
+        coordinates: Coordinates,
+        around: list[tuple[Varying, Callable[[Any], Any] | None]],
+    ) -> None:
+        leaf, contours = self.reader.leaf(name)
+        outline: Varying = Composed(leaf, coordinates)
+        for transformation, condition in around:
+            outline = Placed(outline, transformation)
+            if condition is not None:
+                outline = Shown(outline, condition)
+        if contours:
+            self.parts.append(outline)
+            self.contours += contours
+
+
+def _holds(rule: Any, w: Any, value: Callable[[Any, Any], Any]) -> Any:
+    """Whether a condition holds at coordinates (..., n): 1 or 0, (...)."""
+    xp = namespace(w)
+    if rule.Format == 1:
+        x = w[..., rule.AxisIndex]
+        inside = (x >= rule.FilterRangeMinValue) & (x <= rule.FilterRangeMaxValue)
+        return like(np.ones(()), w) * inside
+    if rule.Format == 2:
+        return like(np.ones(()), w) * (value(rule, w) > 0)
+    if rule.Format in (3, 4):
+        parts = xp.stack([_holds(part, w, value) for part in rule.ConditionTable], -1)
+        return parts.prod(-1) if rule.Format == 3 else 1 - (1 - parts).prod(-1)
+    if rule.Format == 5:
+        return 1 - _holds(rule.ConditionTable, w, value)
+    raise FontError(f"The VARC table has a condition of format {rule.Format}, which is unknown.")

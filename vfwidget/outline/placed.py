@@ -1,0 +1,215 @@
+"""Outlines put together from parts that are placed, shown and varied each in its own way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, BoolArray, IntArray, like, namespace
+from .composed import Coordinates
+from .varying import Varying
+
+PARAMETERS = (
+    *("translate_x", "translate_y", "rotation", "scale_x", "scale_y", "skew_x", "skew_y"),
+    *("center_x", "center_y"),
+)
+"""Of a transformation, in order; angles are in radians."""
+
+
+class Replaced(Coordinates):
+    """Coordinates of which some are replaced by values that vary.
+
+    Parameters
+    ----------
+    base : Coordinates
+        Of shape (n',) over n axes.
+    axes : (a,) int array
+        Which coordinates are replaced.
+    values : Varying
+        Of shape (a,) over the same n axes. Values beyond -1 … 1 are clamped, so that outlines stay
+        continuous. HarfBuzz drops all regions there, which no font can intend.
+    """
+
+    def __init__(self, base: Coordinates, axes: IntArray, values: Varying) -> None:
+        self.base, self.axes, self.values = base, axes, values
+        self.shape = base.shape
+        # A matrix that puts each value in its place.
+        self._spread = np.zeros((self.shape[0], len(axes)))
+        self._spread[axes, np.arange(len(axes))] = 1
+        self._kept = 1 - self._spread.any(1).astype(float)
+
+    @property
+    def breakpoints(self) -> list[Array]:
+        """See :attr:`Varying.breakpoints`."""
+        return _union([self.base, self.values])
+
+    @property
+    def unchanged(self) -> BoolArray:
+        """See :attr:`Coordinates.unchanged`."""
+        return self.base.unchanged & (self._kept > 0)
+
+    def value(self, w: Any) -> Any:
+        """See :meth:`Varying.value`."""
+        spread, kept = like(self._spread, w), like(self._kept, w)
+        return self.base.value(w) * kept + self.values.value(w).clip(-1, 1) @ spread.T
+
+    def value_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
+        """See :meth:`Varying.value_and_jacobian`."""
+        spread, kept = like(self._spread, w), like(self._kept, w)
+        base, slopes = self.base.value_and_jacobian(w, toward)
+        values, own = self.values.value_and_jacobian(w, toward)
+        own = own * ((values >= -1) & (values <= 1))[..., None]
+        value = base * kept + values.clip(-1, 1) @ spread.T
+        return value, slopes * kept[..., None] + spread @ own
+
+
+class Placed(Varying):
+    """An outline under a transformation that varies.
+
+    A point p goes to A (p - c) + c + t with A = rotation · scale · skew.
+
+    Parameters
+    ----------
+    outline : Varying
+        Of shape (k, 2).
+    transformation : Varying
+        Of shape (9,); see :data:`PARAMETERS`.
+    """
+
+    def __init__(self, outline: Varying, transformation: Varying) -> None:
+        self.outline, self.transformation = outline, transformation
+        self.shape = outline.shape
+
+    @property
+    def breakpoints(self) -> list[Array]:
+        """See :attr:`Varying.breakpoints`."""
+        return _union([self.outline, self.transformation])
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the quantity's arrays, in bytes."""
+        return self.outline.nbytes + self.transformation.nbytes
+
+    def value(self, w: Any) -> Any:
+        """See :meth:`Varying.value`."""
+        t = self.transformation.value(w)
+        center = t[..., None, 7:9]
+        (matrix,) = _matrices(t)[:1]
+        moved = (self.outline.value(w) - center) @ _transposed(matrix)
+        return moved + center + t[..., None, 0:2]
+
+    def value_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
+        """See :meth:`Varying.value_and_jacobian`."""
+        xp = namespace(w)
+        points, slopes = self.outline.value_and_jacobian(w, toward)
+        t, turns = self.transformation.value_and_jacobian(w, toward)
+        center = t[..., None, 7:9]
+        matrix, *derivatives = _matrices(t)
+        offset = points - center
+        value = offset @ _transposed(matrix) + center + t[..., None, 0:2]
+        # By each of the nine parameters, (..., k, 2, 9).
+        ones = xp.ones_like(offset[..., 0])
+        eye = like(np.eye(2), w)
+        columns = [ones[..., None] * eye[i] for i in range(2)]
+        columns += [offset @ _transposed(derivative) for derivative in derivatives]
+        columns += [ones[..., None] * (eye - matrix)[..., None, :, i] for i in range(2)]
+        jacobian = matrix[..., None, :, :] @ slopes + xp.stack(columns, -1) @ turns[..., None, :, :]
+        return value, jacobian
+
+
+class Shown(Varying):
+    """An outline that shrinks to a point, and so draws nothing, where a condition fails.
+
+    Parameters
+    ----------
+    outline : Varying
+    condition : function
+        Gives 1 or 0, (...), at coordinates (..., n).
+    """
+
+    def __init__(self, outline: Varying, condition: Callable[[Any], Any]) -> None:
+        self.outline, self.condition = outline, condition
+        self.shape = outline.shape
+
+    @property
+    def breakpoints(self) -> list[Array]:
+        """See :attr:`Varying.breakpoints`."""
+        return self.outline.breakpoints
+
+    def value(self, w: Any) -> Any:
+        """See :meth:`Varying.value`."""
+        return self.outline.value(w) * self.condition(w)[..., None, None]
+
+    def value_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
+        """See :meth:`Varying.value_and_jacobian`."""
+        value, jacobian = self.outline.value_and_jacobian(w, toward)
+        shown = self.condition(w)[..., None, None]
+        return value * shown, jacobian * shown[..., None]
+
+
+class Joined(Varying):
+    """Outlines one after another.
+
+    Parameters
+    ----------
+    parts : sequence of Varying
+        At least one, each of shape (k, 2) with a k of its own.
+    """
+
+    def __init__(self, parts: Sequence[Varying]) -> None:
+        self.parts = tuple(parts)
+        self.shape = (sum(part.shape[0] for part in parts), 2)
+
+    @property
+    def breakpoints(self) -> list[Array]:
+        """See :attr:`Varying.breakpoints`."""
+        return _union(self.parts)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the quantity's arrays, in bytes."""
+        return sum(part.nbytes for part in self.parts)
+
+    def value(self, w: Any) -> Any:
+        """See :meth:`Varying.value`."""
+        return namespace(w).concatenate([part.value(w) for part in self.parts], -2)
+
+    def value_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
+        """See :meth:`Varying.value_and_jacobian`."""
+        values, jacobians = zip(
+            *(part.value_and_jacobian(w, toward) for part in self.parts), strict=True
+        )
+        xp = namespace(w)
+        return xp.concatenate(values, -2), xp.concatenate(jacobians, -3)
+
+
+def _matrices(t: Any) -> list[Any]:
+    """A = R S K, and its derivatives by rotation, scales and skews, each (..., 2, 2)."""
+    xp = namespace(t)
+    _, _, angle, sx, sy, kx, ky, _, _ = (t[..., i] for i in range(9))
+    c, s, zero, one = xp.cos(angle), xp.sin(angle), xp.zeros_like(angle), xp.ones_like(angle)
+    tx, ty = xp.tan(kx), xp.tan(ky)
+
+    def matrix(a: Any, b: Any, c: Any, d: Any) -> Any:
+        return xp.stack([xp.stack([a, b], -1), xp.stack([c, d], -1)], -2)
+
+    turn, scale, skew = matrix(c, -s, s, c), matrix(sx, zero, zero, sy), matrix(one, tx, ty, one)
+    return [
+        turn @ scale @ skew,
+        matrix(-s, -c, c, -s) @ scale @ skew,
+        turn @ matrix(one, zero, zero, zero) @ skew,
+        turn @ matrix(zero, zero, zero, one) @ skew,
+        turn @ scale @ matrix(zero, 1 + tx * tx, zero, zero),
+        turn @ scale @ matrix(zero, zero, 1 + ty * ty, zero),
+    ]
+
+
+def _transposed(matrix: Any) -> Any:
+    return namespace(matrix).swapaxes(matrix, -1, -2)
+
+
+def _union(parts: Sequence[Varying]) -> list[Array]:
+    rows = zip(*(part.breakpoints for part in parts), strict=True)
+    return [np.unique(np.concatenate(row)) for row in rows]
