@@ -13,10 +13,12 @@ import multiprocessing
 import os
 import random
 import resource
+import struct
 import tempfile
 import threading
 import time
 import warnings
+import zlib
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import astuple, dataclass, field
@@ -166,6 +168,18 @@ def font_bombs(count: int) -> Outcome:
     return Outcome("font bombs: WOFF, WOFF2").try_all(bombs, vf.load_font)
 
 
+def black_png(width: int, height: int) -> bytes:
+    """A PNG file of one bit per pixel, made without a picture in memory."""
+    compressor = zlib.compressobj()
+    row = bytes(1 + (width + 7) // 8)
+    pixels = b"".join(compressor.compress(row) for _ in range(height)) + compressor.flush()
+    header = struct.pack(">LLBBBBB", width, height, 1, 0, 0, 0, 0)
+    chunks = ((b"IHDR", header), (b"IDAT", pixels), (b"IEND", b""))
+    parts = [struct.pack(">L", len(data)) + tag + data for tag, data in chunks]
+    sums = [struct.pack(">L", zlib.crc32(part[4:])) for part in parts]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(map(bytes.__add__, parts, sums))
+
+
 def image_bombs(count: int) -> Outcome:
     """Small files and arrays of very many pixels."""
     rng = random.Random(2)
@@ -179,7 +193,7 @@ def image_bombs(count: int) -> Outcome:
                     yield np.broadcast_to(np.uint8(7), (side, other, rng.choice([1, 3, 4, 10**9])))
                 else:
                     path = Path(folder, f"{side}.png")
-                    Image.new("1", (other, side)).save(path)
+                    path.write_bytes(black_png(other, side))
                     yield path
 
         def act(image: Any) -> None:

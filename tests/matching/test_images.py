@@ -203,6 +203,7 @@ BAD = {
     "no array": (None, r"An image is \(H, W\) or \(H, W, 3 or 4\), not \(\)"),
     "a number": (0.5, r"not \(\)"),
     "a row": (np.ones(9), r"not \(9,\)"),
+    "no channels": (np.ones((8, 8, 0)), r"not \(8, 8, 0\)"),
     "five channels": (np.ones((8, 8, 5)), r"not \(8, 8, 5\)"),
     "a batch": (np.ones((1, 3, 8, 8)), r"not \(1, 3, 8, 8\)"),
     "ragged": ([[0.0] * 8, [1.0] * 7], "not ragged"),

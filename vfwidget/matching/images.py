@@ -128,7 +128,7 @@ def _read_array(image: Any) -> Array:
         values = np.asarray(image)
     except (TypeError, ValueError) as error:
         raise ImageError(f"{SHAPES}, not ragged ({error}).") from error
-    if values.ndim not in (2, 3) or values.shape[2:] > (4,):
+    if values.ndim not in (2, 3) or values.shape[2:] not in ((), (1,), (2,), (3,), (4,)):
         raise ImageError(f"{SHAPES}, not {values.shape}.")
     _check_size(*values.shape[:2])
     return _by_strips(lambda top, bottom: values[top:bottom], *values.shape[:2])
