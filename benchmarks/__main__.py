@@ -9,7 +9,18 @@ import torch
 
 from .table import Printer
 
-NAMES = ("drag", "size", "latency", "study", "reach", "raster", "recovery", "fit", "catalogue")
+NAMES = (
+    "drag",
+    "size",
+    "latency",
+    "study",
+    "reach",
+    "overlap",
+    "raster",
+    "recovery",
+    "fit",
+    "catalogue",
+)
 
 
 def main() -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import vfwidget as vf
-from benchmarks import reach, study
+from benchmarks import overlap, reach, study
+from benchmarks.overlap_cases import KINDS, cases
 
 
 def test_outlines_are_as_far_apart_as_their_points() -> None:
@@ -64,3 +65,13 @@ def test_leaps_go_there_and_back_within_three_events() -> None:
         axes = still.copy()
         axes[events, 1] = 0.8
         assert reach.leaps(axes) == count
+
+
+def test_overlap_cases_have_a_free_witness_and_both_methods_run() -> None:
+    found = list(cases(3, seed=5))
+    assert [case.kind for case in found] == list(KINDS)
+    for case in found:
+        assert vf.overlaps(case.text, case.obstacles)
+        assert not vf.overlaps(case.text.at(theta=case.witness), case.obstacles)
+        for text in (overlap.resolved(case, restarts=0), overlap.planes_in_a_loop(case)):
+            assert text.word is case.text.word

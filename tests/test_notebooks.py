@@ -17,6 +17,7 @@ LONG = {
     "02-normalization",
     "03-support-functions-and-delta-sets",
     "07-least-squares-in-axis-space",
+    "09-collisions",
     "11-raster-font-matching",
 }
 """Notebooks that run for ten seconds or more."""

@@ -85,8 +85,10 @@ class NoOverlap(Term):
 
     def locate(self, text: Text) -> Rows | None:
         """The residual with the planes that are found at ``text``."""
-        if not self.moving:
-            return super().locate(text)
+        return self.with_planes(text) if self.moving else super().locate(text)
+
+    def with_planes(self, text: Text) -> Rows | None:
+        """The residual with the planes at ``text``, which are kept."""
         own, others = letters(text), list(self._shapes)
         nearby = collisions(own, others, self.between_glyphs, self.gap)
         planes = find_planes(own, others, nearby, text.word.contours, self.gap)
