@@ -48,18 +48,6 @@ class HarfBuzz:
         self.font.draw_glyph(glyph_id, self._draw)
         return [np.array(c) if c else np.zeros((0, 4, 2)) for c in self._contours]
 
-    def line(self, string: str) -> tuple[list[int], list[float], float]:
-        """Glyph ids and pens of a string set without kerning, and the advance of the whole."""
-        buffer = hb.Buffer()
-        buffer.add_str(string)
-        buffer.flags = hb.BufferFlags.REMOVE_DEFAULT_IGNORABLES
-        buffer.guess_segment_properties()
-        hb.shape(self.font, buffer, {"kern": False})
-        pens = [0.0]
-        for position in buffer.glyph_positions:
-            pens.append(pens[-1] + position.x_advance)
-        return [info.codepoint for info in buffer.glyph_infos], pens[:-1], pens[-1]
-
     def _move(self, x: float, y: float, _: object) -> None:
         self._here = (x, y)
         self._contours.append([])
@@ -121,3 +109,54 @@ def check(font: vf.Font, referee: HarfBuzz, name: str, places: np.ndarray) -> No
         assert error < OUTLINE_TOLERANCE, f"{name} at {place}: outline off by {error}"
         off = abs(advances[index] - referee.advance(glyph.glyph_id))
         assert off <= 0.5 + 1e-3, f"{name} at {place}: advance off by {off}"
+
+
+class Typesetter:
+    """HarfBuzz as a whole: glyphs and origins of a line at a location, with its default features.
+
+    HarfBuzz rounds advance widths to font units. Here fontTools gives them unrounded.
+    """
+
+    SCALE = 1024
+
+    def __init__(self, ttfont: TTFont) -> None:
+        self._ttfont = ttfont
+        # fontTools would read tables in another way once HarfBuzz's copy is written.
+        self._axes = [axis.axisTag for axis in ttfont["fvar"].axes]
+        self._plain = HarfBuzz(ttfont).font
+        self._font = hb.Font(self._plain)
+        functions = hb.FontFuncs()
+        functions.set_glyph_h_advance_func(lambda _f, glyph_id, _d: self._advance(glyph_id))
+        self._font.funcs = functions
+
+    def _advance(self, glyph_id: int) -> int:
+        name = self._ttfont.getGlyphName(glyph_id)
+        return round(self.SCALE * max(self._glyphs[name].width, 0))
+
+    def line(
+        self,
+        string: str,
+        w: np.ndarray,
+        features: dict[str, bool] | None = None,
+        rounded: bool = False,
+    ) -> list[tuple[int, int, float, float, float]]:
+        """Glyph id, cluster, x, y and advance of each glyph, as ``hb-shape`` has them."""
+        location = dict(zip(self._axes, map(float, w), strict=True))
+        self._glyphs = self._ttfont.getGlyphSet(location=location, normalized=True)
+        upem = self._plain.face.upem
+        for font in (self._plain, self._font):
+            font.scale = (self.SCALE * upem, self.SCALE * upem)
+            font.set_var_coords_normalized([float(x) for x in w])
+        buffer = hb.Buffer()
+        buffer.cluster_level = hb.BufferClusterLevel.MONOTONE_CHARACTERS
+        buffer.add_str(string)
+        buffer.flags = hb.BufferFlags.REMOVE_DEFAULT_IGNORABLES
+        buffer.guess_segment_properties()
+        buffer.language = "und"
+        hb.shape(self._plain if rounded else self._font, buffer, features or {})
+        pen, found = 0, []
+        for info, p in zip(buffer.glyph_infos, buffer.glyph_positions, strict=True):
+            origin = (pen + p.x_offset) / self.SCALE, p.y_offset / self.SCALE
+            found.append((info.codepoint, info.cluster, *origin, p.x_advance / self.SCALE))
+            pen += p.x_advance
+        return found

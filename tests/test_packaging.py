@@ -48,7 +48,7 @@ BUILT_FILES = {
     *(f"fonts/{name}.woff2" for name in (*FONTS, STATIC_FONT)),
     *(f"fonts/{name}-LICENSE.txt" for name in (*FONTS, STATIC_FONT)),
 }
-MAX_BUNDLE_BYTES = 60_000
+MAX_BUNDLE_BYTES = 60 * 1024
 INSTALL = "python3 -m venv .venv && .venv/bin/pip install torch==2.13.0 && .venv/bin/pip install"
 NOTEBOOK_COMMAND = (
     f'{INSTALL} -c constraints.txt ".[notebook]"'

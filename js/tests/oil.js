@@ -47,6 +47,19 @@ export function rawWord() {
         advance: { default: 300, regions: [0], deltas: [40] },
       },
     ],
-    order: [0, 1, 1], offsets: [[0, 0], [0, 0], [0, 7]],
+    ...oneRow([0, 1, 1]), tracking: 0, offsets: [[0, 0], [0, 0], [0, 7]],
+  };
+}
+
+/** A word with one row of glyphs that only their advances set apart. @param {number[]} order the glyph of each letter */
+export function oneRow(order) {
+  const ends = [...order, null], nothing = { default: 0, regions: [], deltas: [] };
+  const steps = ends.map(() => ({ x: nothing, y: nothing }));
+  return {
+    rows: [{
+      order, clusters: order.map((_, i) => i), bases: order.map(() => 1), anchors: ends.map((_, i) => i - 1),
+      gaps: ends.map((_, i) => i), pushed: ends.map((_, i) => Array.from({ length: i }, (_, j) => [j, 1])), own: steps, beside: steps,
+    }],
+    settings: { edges: [[], []], cells: [0] },
   };
 }

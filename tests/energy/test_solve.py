@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import fonts
 import numpy as np
 import pytest
 import scipy.optimize
 import torch
+from fontTools.varLib.featureVars import addFeatureVariations
 
 import vfwidget as vf
 from vfwidget.energy.energy import Energy
@@ -254,3 +256,64 @@ def test_the_iteration_limit_is_said() -> None:
     solution = vf.solve(text, [vf.Target(handle, goal)], max_iterations=0)
     assert solution.status == "iteration_limit"
     assert not solution.converged
+
+
+# Glyphs that change
+
+
+def exchanged(string: str = "a", shared: bool = True) -> vf.Text:
+    """A square that moves by 200 with the weight; another one above 0.5, which moves by 300."""
+    moved = [(200, 0)] * 4
+    glyphs = {"a": fonts.outline(fonts.SQUARE), "bowl": fonts.outline(fonts.SQUARE)}
+    deltas = {"a": [(fonts.BOLD, [*moved, *fonts.STILL])]}
+    deltas["bowl"] = [(fonts.BOLD, [(300, 0)] * 4 + fonts.STILL)]
+
+    def edit(builder) -> None:
+        addFeatureVariations(builder.font, [([{"wght": (0.5, 1)}], {"a": "bowl"})])
+
+    return vf.Text(fonts.build(glyphs, deltas, edit=edit), string, shared=shared)
+
+
+def test_a_boundary_is_crossed_where_that_is_better() -> None:
+    text = exchanged()
+    handle = text.handle()
+    x, y = text.position(handle).tolist()
+    found = vf.solve(text, [vf.Target(handle, (x + 240, y)), vf.StayClose()])
+    assert found.status == "converged"
+    assert found.text.glyphs[0].name == "bowl"
+    assert found.theta[0, 0] == pytest.approx(0.8, abs=1e-3)
+    (met,) = found.boundaries
+    assert (met.axis, met.before, met.after, met.crossed) == ("wght", ("a",), ("bowl",), True)
+    assert met.value == pytest.approx(650, abs=0.1)
+    assert "a becomes bowl at wght = 650: crossed" in found.report()
+
+
+def test_a_boundary_is_not_crossed_where_that_costs_more() -> None:
+    """Just below the boundary the square has moved by 100, just above it by 150."""
+    text = exchanged()
+    handle = text.handle()
+    x, y = text.position(handle).tolist()
+    found = vf.solve(text, [vf.Target(handle, (x + 110, y)), vf.StayClose()])
+    assert found.status == "unreachable" and found.misses[0] == pytest.approx(10, abs=0.1)
+    assert found.text.glyphs[0].name == "a" and not found.active.any()
+    assert [met.crossed for met in found.boundaries] == [False]
+    assert "a becomes bowl at wght = 650: not crossed" in found.message
+
+
+def test_without_restarts_a_text_keeps_its_glyphs() -> None:
+    text = exchanged()
+    handle = text.handle()
+    x, y = text.position(handle).tolist()
+    found = vf.solve(text, vf.Target(handle, (x + 240, y)), restarts=0)
+    assert found.text.glyphs[0].name == "a" and found.theta[0, 0] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_one_letter_of_several_crosses_a_boundary() -> None:
+    text = exchanged("aa", shared=False)
+    handle, other = text.handle(1), text.handle(0)
+    x, y = text.position(handle).tolist()
+    terms = [vf.Target(handle, (x + 240, y)), vf.Pin(other), vf.StayClose()]
+    found = vf.solve(text, terms)
+    assert [glyph.name for glyph in found.text.glyphs] == ["a", "bowl"]
+    assert found.boundaries[0].letter == 1
+    assert "at wght of letter 2 = 650: crossed" in found.report()

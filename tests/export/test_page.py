@@ -62,7 +62,7 @@ def test_the_state_of_the_editor_is_on_the_page(shared: bool) -> None:
     axes = {"wght": 620, "wdth": 90} if shared else [{"wght": 620}, {"wdth": 80}]
     editor = vf.Editor("dynapuff", "hi", axes=axes, shared=shared)
     (state,) = Page(editor.to_html()).states()
-    assert binary(state["_word"]) == describe_word(editor.text.word)
+    assert binary(state["_word"]) == describe_word(editor.text)
     assert (state["axes"], state["shared"]) == (editor.axes, shared)
 
 

@@ -44,23 +44,3 @@ def test_what_real_fonts_seldom_do(case: str) -> None:
         kinks = font.glyph(glyph_name).support.numpy()
         places = [locations(font, 30, rng), *np.moveaxis(kinks, -1, 0)]
         check(font, referee, glyph_name, np.concatenate(places))
-
-
-@pytest.mark.parametrize(
-    "string", ["AVAToy", "ello, fluffy wizards", "e\u0301x\u0301y\u0308z", "f\u200ci"]
-)
-@pytest.mark.parametrize("name", vf.bundled_fonts())
-def test_letters_of_a_word_stand_where_harfbuzz_puts_them(name: str, string: str) -> None:
-    font, referee = bundled(name)
-    text = vf.Text(font, string)
-    word = text.word
-    for place in locations(font, 5, np.random.default_rng(7)):
-        referee.locate(place)
-        glyphs, pens, advance = referee.line(string)
-        # HarfBuzz may swap a glyph at other places of the design space; a text keeps its own.
-        if glyphs != [glyph.glyph_id for glyph in text.glyphs]:
-            continue
-        moved = text.at(theta=place)
-        assert abs(moved.advance() - advance) <= 0.5 * len(glyphs) + 1e-3
-        off = np.abs(word.origins(place[None]) - pens)
-        assert (off <= 0.5 * np.arange(len(glyphs)) + 1e-3).all()

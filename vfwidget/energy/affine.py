@@ -77,7 +77,7 @@ def compiled(word: Word, terms: Sequence[AffineTerm]) -> AffineRows:
 
 
 class AffineRows:
-    """Rows ``base + Σ gain · γ(θ_letter) + T Θ + U offsets``, without the terms' constants.
+    """Rows ``base + Σ gain · γ(θ_letter) + T Θ + U b``, without the terms' constants.
 
     Only the pairs of letter and region that move a row are evaluated.
 
@@ -85,8 +85,8 @@ class AffineRows:
     ----------
     kinks : (parameters · n, q) array
         Where the rows have kinks, padded with infinity.
-    by_offsets : (r, 2 l) array
-        U.
+    by_block : dict of (r, size) arrays
+        U: the derivative by the offsets and by the tracking, b.
     slices : list of slice
         The rows of each term.
     """
@@ -96,7 +96,8 @@ class AffineRows:
         self._word, self._forms = word, [term.form for term in terms]
         size = word.parameters * len(word.font.axes)
         count = word.parameters * len(word.regions.support)
-        base, gain, pushed, straight, offsets = [], [], [], [], []
+        base, gain, pushed, straight = [], [], [], []
+        linear: dict[str, list[Array]] = {}
         self.slices, end = [], 0
         for term in terms:
             r, root = term.size, term.rows.root
@@ -110,12 +111,14 @@ class AffineRows:
             base.append(by_points @ term.form.base)
             gain.append(by_points @ term.form.gain)
             pushed.append(by_points @ term.form.pushed)
-            by_offsets = term.rows.points.by_offsets().reshape(len(term.form.base), -1)
-            offsets.append(by_points @ by_offsets)
+            for name, block in term.rows.points.by_block.items():
+                linear.setdefault(name, []).append(
+                    by_points @ block.reshape(2 * len(block), block.shape[-1])
+                )
         self._base = np.concatenate([np.zeros(0), *base])
         self._straight = np.concatenate([np.zeros((0, size)), *straight])
         self._is_straight = bool(self._straight.any())
-        self.by_offsets = np.concatenate([np.zeros((0, 2 * len(word.glyphs))), *offsets])
+        self.by_block = {name: np.concatenate(parts) for name, parts in linear.items()}
         all_gain = np.concatenate([np.zeros((0, count)), *gain])
         self._pushed = np.concatenate([np.zeros((0, len(word.glyphs))), *pushed])
         self._choose_pairs(all_gain, size)

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import AxisError, SolveError
 from ..text import Text
-from ..text.place import AXES, OFFSETS, Block, Unknowns
+from ..text.place import AXES, Block, Unknowns
 from .affine import AffineTerm, compiled
 from .rows import PointRows, Rows, wrong_rows
 from .term import Term, TermResult
@@ -66,6 +66,7 @@ class Energy:
         if not terms or not all(isinstance(term, Term) for term in terms):
             raise SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
         self.text = text
+        self._options = free, locks
         self.terms = [_bound(term, text) for term in terms]
         blocks, added = _all_blocks(text, self.terms)
         self.unknowns = Unknowns(blocks, [*_names(free), *added])
@@ -76,6 +77,10 @@ class Energy:
         self._rows: list[Rows | None] = [term.locate(text) for term in self.terms]
         self.moves = any(term.moving for term in self.terms)
         self._compile()
+
+    def at(self, text: Text, terms: Sequence[Term]) -> Energy:
+        """An energy with the same free blocks and locks, at another place of the text."""
+        return Energy(text, terms, *self._options)
 
     def _lock(self, locks: Collection[str]) -> None:
         tags = [axis.tag for axis in self.text.font.axes]
@@ -123,9 +128,10 @@ class Energy:
         if self._affine:
             self._compiled = compiled(self.text.word, self._affine)
             self._constant = np.concatenate([one.constant(theta) for one in self._affine])
-            offsets = self.text.place[OFFSETS]
-            if OFFSETS not in self.unknowns.slices and offsets.any():
-                self._constant = self._constant + self._compiled.by_offsets @ offsets.ravel()
+            for name, block in self._compiled.by_block.items():
+                fixed = self.text.place[name]
+                if name not in self.unknowns.slices and fixed.any():
+                    self._constant = self._constant + block @ fixed.ravel()
         # A drag: everything is compiled, and Θ is all that moves.
         self._only_axes = bool(self._affine) and not self._others and self.unknowns.is_only(AXES)
         self._sizes: list[int] | None = None
@@ -157,8 +163,9 @@ class Energy:
         if self._compiled is None:
             return self._constant
         residual = self._constant + self._compiled.evaluate(place[AXES].ravel())[0]
-        if OFFSETS in self.unknowns.slices:
-            residual = residual + self._compiled.by_offsets @ place[OFFSETS].ravel()
+        for name, block in self._compiled.by_block.items():
+            if name in self.unknowns.slices:
+                residual = residual + block @ place[name].ravel()
         return residual
 
     def _check_sizes(self, parts: Sequence[Array], derivative: bool = False) -> None:
@@ -194,7 +201,7 @@ class Energy:
             return np.zeros((0, size))
         by_axes = self._compiled.evaluate(place[AXES].ravel())[1]
         jacobian = np.zeros((len(by_axes), size))
-        for name, block in ((AXES, by_axes), (OFFSETS, self._compiled.by_offsets)):
+        for name, block in {AXES: by_axes, **self._compiled.by_block}.items():
             if name in slices:
                 jacobian[:, slices[name]] = block
         return jacobian

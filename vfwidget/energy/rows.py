@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array, to_array
 from ..errors import SolveError
-from ..text.place import AXES, OFFSETS
+from ..text.place import AXES
 from ..text.points import PointSet
 from .autodiff import value_of
 
@@ -107,9 +107,11 @@ class PointRows:
             flat = by.points.reshape(size, positions.size)
             if AXES in slices:
                 jacobian[:, slices[AXES]] = flat @ moves.reshape(positions.size, theta.size)
-            if OFFSETS in slices:
-                by_offsets = self.points.by_offsets().reshape(positions.size, -1)
-                jacobian[:, slices[OFFSETS]] = flat @ by_offsets
+            for name, block in self.points.by_block.items():
+                if name in slices:
+                    jacobian[:, slices[name]] = flat @ block.reshape(
+                        positions.size, block.shape[-1]
+                    )
         if by.theta is not None and AXES in slices:
             jacobian[:, slices[AXES]] += by.theta.reshape(size, theta.size)
         jacobian *= self.root

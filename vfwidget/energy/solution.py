@@ -11,6 +11,7 @@ from ..solver.least_squares import Iterate
 from ..solver.status import CONVERGED
 from ..text import Text
 from ..text.place import OFFSETS, Place
+from .boundaries import Boundary
 from .term import TermResult
 
 if TYPE_CHECKING:
@@ -46,12 +47,14 @@ class Solution:
     terms : list of TermResult
         Each term at ``text``, in the order given.
     active : (1, n) or (l, n) int array
-        -1 or 1 where an axis is held at its lower or upper bound, else 0.
+        -1 or 1 where an axis is held at the lower or upper end of its range, else 0.
     history : list of Iterate
         (Θ, cost) of every accepted step, the start included.
     elsewhere : Text or None
         A place that misses the goals by less, but too far away to go there unasked: some outline
         point would move by more than 2 % of the em without a missed goal being met.
+    boundaries : list of Boundary
+        Boundaries that the solve met at which glyphs change, and whether it crossed them.
     """
 
     text: Text
@@ -65,6 +68,7 @@ class Solution:
     active: Array
     history: list[Iterate]
     elsewhere: Text | None = field(default=None)
+    boundaries: list[Boundary] = field(default_factory=list)
 
     @property
     def misses(self) -> list[float]:
@@ -110,13 +114,16 @@ class Solution:
                 name = tag if self.text.shared else f"{self.text.word.letter_names[letter]} {tag}"
                 end = {-1: "  held at its minimum", 1: "  held at its maximum"}.get(int(held), "")
                 lines.append(f"{name:{width}}  {old:11.4g}  {new:10.4g}{end}")
-        moves = self.text.place[OFFSETS] - self.start.place[OFFSETS]
+        ends = self.text.place[OFFSETS], self.start.place[OFFSETS]
+        moves = ends[0] - ends[1] if len(ends[0]) == len(ends[1]) else ends[0]
         if moves.any():
             lines += ["", f"{'letter':{width}}  {'moved by x':>11}  {'y':>10}"]
             for name, (x, y) in zip(self.text.word.letter_names, moves, strict=True):
                 lines.append(f"{name:{width}}  {x:11.1f}  {y:10.1f}")
         if self.elsewhere is not None:
             lines += ["", "A better result lies farther away: see solution.elsewhere."]
+        if self.boundaries:
+            lines += ["", "where glyphs change", *map(str, self.boundaries)]
         return "\n".join(lines)
 
     def __repr__(self) -> str:

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import SolveError
-from ..solver.drivers import History, active_bounds, minimise
 from ..solver.least_squares import Iterate
-from ..solver.problem import Problem, Proximity, State, Tolerances, is_count, is_number
+from ..solver.problem import Tolerances, is_count, is_number
 from ..solver.status import CONVERGED
 from ..text import Text
 from ..text.place import AXES, Place
+from .boundaries import Boundary, at_ends, cross
+from .descent import Descent, descend, held_axes
 from .energy import Energy
 from .handle_terms import Pin
 from .solution import UNREACHABLE, Solution
-from .term import MET, Term, TermResult
+from .term import MET, Term
 
 LEAST_GAIN = 1e-4
 """Squared font units: the solve ends when a step lowers the cost by less. Without this limit it
@@ -66,7 +67,9 @@ def solve(
         descent may have ended in a local minimum. Default 8. Another result is taken only if it
         meets a goal that was missed, or if it misses goals by at least 0.5 font units less and
         moves no outline point by more than 2 % of the em. A better result farther away is left in
-        ``solution.elsewhere``.
+        ``solution.elsewhere``. Where the first descent ends at a location at which glyphs change,
+        it goes on beyond if that costs less (``solution.boundaries``). With 0 the text keeps its
+        glyphs.
     restart_seconds : float, optional
         Restarts end this many seconds after the call, and the best result so far is kept.
         Default: no limit, so that a solve can be repeated exactly.
@@ -106,10 +109,15 @@ def solve(
         step=step_tolerance, absolute_cost=LEAST_GAIN * least, cost_floor=COST_FLOOR * least
     )
     best = descend(energy, energy.unknowns.start, tolerances, max_iterations)
+    boundaries: list[Boundary] = []
+    if restarts > 0:
+        energy, best, boundaries = cross(
+            energy, best, lambda found, x: descend(found, x, tolerances, max_iterations)
+        )
     elsewhere = None
     if not best.meets_all and restarts > 0:
         # From far away stiff terms make narrow, curved valleys, so they are added near the end.
-        soft = Energy(text, [_softened(term) for term in terms], free, locks)
+        soft = energy.at(energy.text, [_softened(term) for term in energy.terms])
         for x in _other_places(energy, restarts):
             if time.perf_counter() > until:
                 break
@@ -127,101 +135,7 @@ def solve(
                 best, elsewhere = other, None
             elif elsewhere is None or other.state.cost < elsewhere.state.cost:
                 elsewhere = other
-    return solution_of(energy, best, elsewhere)
-
-
-@dataclass(frozen=True)
-class Descent:
-    """Where one descent ended.
-
-    Attributes
-    ----------
-    problem : Problem
-    state : State
-    history : list of (x, cost)
-    results : list of TermResult
-    """
-
-    problem: Problem
-    state: State
-    history: History
-    results: list[TermResult]
-
-    @property
-    def meets_all(self) -> bool:
-        """Whether every goal is met."""
-        return all(result.met for result in self.results)
-
-    @property
-    def shortfall(self) -> float:
-        """By how many times its tolerance the goal that is missed most is missed; 0 for none."""
-        missed = [r for r in self.results if not r.met]
-        return max(((r.miss or 0.0) / (r.term.tolerance or 1.0) for r in missed), default=0.0)
-
-    def meets_more_than(self, other: Descent) -> bool:
-        """Whether a goal is met that ``other`` misses, and none missed that it meets."""
-        mine = {i for i, result in enumerate(self.results) if result.met}
-        return mine > {i for i, result in enumerate(other.results) if result.met}
-
-
-class Path(History):
-    """The history of a descent, which calls a function at every entry."""
-
-    def __init__(self, watch: Callable[[Array, float], None]) -> None:
-        super().__init__()
-        self.watch = watch
-
-    def append(self, entry: tuple[Array, float]) -> None:
-        """Add (x, cost)."""
-        super().append(entry)
-        self.watch(*entry)
-
-
-def descend(
-    energy: Energy,
-    start: Array,
-    tolerances: Tolerances,
-    max_iterations: int,
-    scale_by_columns: bool = False,
-    watch: Callable[[Array, float], None] | None = None,
-    deadline: float = math.inf,
-) -> Descent:
-    """Minimise an energy from one point of its free unknowns, (N,).
-
-    Parameters
-    ----------
-    energy : Energy
-    start : (N,) array
-    tolerances : Tolerances
-    max_iterations : int
-    scale_by_columns : bool
-        As for the solver's problem. Default False, which prefers short steps.
-    watch : callable of (x, cost), optional
-        Called at the start and at every accepted step.
-    deadline : float
-        The value of ``time.perf_counter()`` after which no step is tried. Default: no limit.
-    """
-    problem = Problem(
-        energy.lower,
-        energy.upper,
-        energy.kinks,
-        scale_by_columns=scale_by_columns,
-        tolerances=tolerances,
-        proximity=Proximity(*energy.proximity),
-        renews=energy.moves,
-    )
-    history: History = [] if watch is None else Path(watch)
-    state = minimise(
-        problem,
-        start,
-        energy.residual,
-        energy.jacobian,
-        energy.renew,
-        max_iterations=max_iterations,
-        history=history,
-        deadline=deadline,
-    )
-    return Descent(problem, state, history, energy.results(state.x))
+    return solution_of(energy, best, elsewhere, start=text, boundaries=boundaries)
 
 
 def _end_of(seconds: float | None) -> float:
@@ -274,37 +188,40 @@ def _is_far(energy: Energy, here: Descent, there: Descent) -> bool:
     return bool(moved > FAR * text.font.units_per_em)
 
 
-def solution_of(energy: Energy, best: Descent, elsewhere: Descent | None = None) -> Solution:
-    """A descent as a solution in terms of the text."""
+def solution_of(
+    energy: Energy,
+    best: Descent,
+    elsewhere: Descent | None = None,
+    *,
+    start: Text | None = None,
+    boundaries: Sequence[Boundary] = (),
+) -> Solution:
+    """A descent as a solution in terms of the text; ``start`` is by default that of the energy."""
     text, state, unknowns = energy.text, best.state, energy.unknowns
     place = unknowns.place(state.x)
-    held = active_bounds(best.problem, state, energy.jacobian)
-    # A locked axis is not held by a bound of the font.
-    held = np.where(energy.lower < energy.upper, held, 0)
-    active = np.zeros(text.coordinates.shape, dtype=int)
-    if AXES in unknowns.slices:
-        active = held[unknowns.slices[AXES]].reshape(active.shape)
+    active = np.where(at_ends(text, place[AXES]), held_axes(energy, best), 0)
     assert state.outcome is not None
     status, message = state.outcome
     if status == CONVERGED:
         status = CONVERGED if best.meets_all else UNREACHABLE
-        message = _explain(text, active, best)
+        message = _explain(text, active, best, boundaries)
     return Solution(
         text=text.moved_to(place),
-        start=text,
+        start=start or text,
         place=Place(place),
         cost=sum(result.cost for result in best.results),
-        iterations=state.iterations,
+        iterations=best.iterations,
         status=status,
         message=message,
         terms=best.results,
         active=active,
         history=[Iterate(unknowns.place(x)[AXES], cost) for x, cost in best.history],
         elsewhere=None if elsewhere is None else text.moved_to(unknowns.place(elsewhere.state.x)),
+        boundaries=list(boundaries),
     )
 
 
-def _explain(text: Text, active: Array, found: Descent) -> str:
+def _explain(text: Text, active: Array, found: Descent, boundaries: Sequence[Boundary]) -> str:
     """In words: every goal is met, or how near the result comes and which bounds limit it."""
     missed = [result for result in found.results if not result.met]
     if not missed:
@@ -315,5 +232,6 @@ def _explain(text: Text, active: Array, found: Descent) -> str:
         where = "" if text.shared else f" of letter {letter + 1}"
         end = "maximum" if active[letter, axis] > 0 else "minimum"
         held.append(f"{text.font.axes[axis].tag}{where} is at its {end}")
+    held += [str(met) for met in boundaries if not met.crossed]
     nearest = f"{worst.term.label()} is missed by {worst.term.missed_by(worst.miss or 0.0)}"
     return f"{nearest}; {', '.join(held)}" if held else nearest

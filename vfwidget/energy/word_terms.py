@@ -115,7 +115,7 @@ class AxisTarget(Term):
 @renamed(measure="width")
 @dataclass(frozen=True)
 class Width(Term):
-    """Make the line a given width, which is the sum of its advance widths.
+    """Make each line a given width: the sum of its advance widths, kerning and tracking.
 
     Parameters
     ----------
@@ -135,13 +135,13 @@ class Width(Term):
         return super().bind(text)
 
     def points(self, text: Text) -> PointSet:
-        return text.word.end
+        return text.word.ends
 
     def residual(self, points: Array, theta: Array) -> Array:
         return np.asarray(points[:, 0] - self.width)
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
-        return Derivative(points=np.array([[[1.0, 0.0]]]))
+        return Derivative(points=np.eye(len(points))[..., None] * [1.0, 0.0])
 
 
 @dataclass(frozen=True)

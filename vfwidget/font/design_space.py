@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..arrays import Array, ArrayLike, is_tensor, like, to_array
 from ..errors import AxisError
-from ..outline.composed import Displaced
+from ..outline.composed import Composed, Displaced
 from ..outline.coordinates import check_coordinates
+from ..outline.varying import Varying
 from . import axes as axis_maths
 from .axes import Axis, NamedInstance
 
@@ -112,3 +113,12 @@ class DesignSpace:
         """
         w = check_coordinates(w, len(self.axes))
         return self._displacement.value(w) if self._displacement else w
+
+    @property
+    def moves_axes(self) -> bool:
+        """Whether an axis moves others, so that :meth:`final_coordinates` differ from ``w``."""
+        return self._displacement is not None
+
+    def over_axes(self, quantity: Varying) -> Varying:
+        """A quantity over :meth:`final_coordinates` as one over ``w``."""
+        return Composed(quantity, self._displacement) if self._displacement else quantity

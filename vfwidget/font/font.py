@@ -14,7 +14,6 @@ from fontTools.ttLib import TTFont
 
 from ..arrays import Array, ArrayLike, IntArray
 from ..errors import FontError, GlyphError
-from ..outline.composed import Composed
 from ..outline.coordinates import check_coordinates
 from ..outline.glyph import Glyph
 from ..outline.varying import Varying
@@ -30,7 +29,7 @@ from .instance import check_limits, instantiate
 from .metrics import read_positioning_regions
 from .reader import GlyphReader
 from .settings import Settings, read_conditions
-from .shaping import ShapedGlyph, ShapedRow, Shaper
+from .shaping import ShapedRow, Shaper
 from .shaping_options import ShapingOptions, check_options
 from .source import FontSource, font_bytes, open_font, reason
 
@@ -147,8 +146,7 @@ class Font(DesignSpace):
     def _metrics(self) -> dict[str, Varying]:
         with self._reading:
             found = read_metrics(self._ttfont, len(self.axes))
-        moved = self._displacement
-        return {name: Composed(m, moved) if moved else m for name, m in found.items()}
+        return {name: self.over_axes(metric) for name, metric in found.items()}
 
     def metrics(self, w: ArrayLike) -> dict[str, torch.Tensor]:
         """Metrics of the font at w in font units, each (...); autograd passes (MVAR).
@@ -301,6 +299,11 @@ class Font(DesignSpace):
         with self._reading:
             return read_positioning_regions(self._ttfont, len(self.axes))
 
+    @property
+    def has_positioning(self) -> bool:
+        """Whether the font positions marks by itself (it has a GPOS table)."""
+        return "GPOS" in self._ttfont
+
     @cached_property
     def _conditions(self) -> tuple[IntArray, IntArray]:
         with self._reading:
@@ -318,24 +321,13 @@ class Font(DesignSpace):
         return self._shaper.shape(string, final, options, advance)
 
     def settings(self, string: str, options: ShapingOptions) -> Settings:
-        """The rows of glyphs that a string has over the design space; see :class:`Settings`."""
+        """The rows of glyphs that a string has over the design space; see :class:`Settings`.
+
+        Where axes move others, the boxes are in :meth:`final_coordinates`.
+        """
+        n = len(self.axes)
         return Settings(
             self._conditions,
-            self.bounds,
-            lambda w: self.shape_at(string, w, options, lambda _: 0.0),
+            (-np.ones(n), np.ones(n)) if self.moves_axes else self.bounds,
+            lambda final: self._shaper.shape(string, final, options, lambda _: 0.0),
         )
-
-    def shape(self, string: str) -> list[ShapedGlyph]:
-        """The glyphs HarfBuzz sets a string in at the default, without kerning."""
-        if isinstance(string, str) and "\n" in string:
-            raise GlyphError(r"The font has no glyph for '\n' (U+000A)")
-        origin = np.zeros(len(self.axes))
-        options = self.shaping_options(features={"kern": False})
-        row = self.shape_at(string, origin, options, lambda g: float(self.glyph(g).advance(origin)))
-        room = self.shape_at(string, origin, options, lambda _: 1.0).positions[:, 0]
-        return [
-            ShapedGlyph(glyph_id, cluster, (float(x), float(y)), bool(width))
-            for glyph_id, cluster, (_, x, y), width in zip(
-                row.glyph_ids, row.clusters, row.positions, room, strict=True
-            )
-        ]

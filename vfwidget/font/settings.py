@@ -58,6 +58,11 @@ def _boxes(table: Any, n: int) -> IntArray:
     return boxes
 
 
+Box = tuple[Array, Array]
+"""Lower and upper corner of a box of the design space, (n,) each."""
+Cell = tuple[int, ...]
+
+
 class Settings:
     """Which row of glyphs a text has at each location.
 
@@ -77,6 +82,8 @@ class Settings:
     edges : list of n arrays
         On each axis, the normalized coordinates at which the row may change, ascending. They lie
         halfway between multiples of 1/16384.
+    cells : int array with n dimensions
+        The index of the row in each box between edges.
 
     Raises
     ------
@@ -114,8 +121,9 @@ class Settings:
             for low, inner, high in zip(lower, edges, upper, strict=True)
         ]
         cells = np.array([row_at(np.array(place)) for place in product(*middles)])
-        self._cells = cells.reshape([len(inner) + 1 for inner in edges])
+        self.cells = cells.reshape([len(inner) + 1 for inner in edges])
         self.rows: tuple[ShapedRow, ...] = tuple(row for row, _ in rows)
+        self._boxes: dict[int, list[Box]] = {}
         self.edges = [inner / F2DOT14 for inner in self._drop_needless(edges)]
 
     def _drop_needless(self, edges: list[Array]) -> list[Array]:
@@ -123,22 +131,39 @@ class Settings:
         kept = []
         for axis, inner in enumerate(edges):
             others = tuple(i for i in range(len(edges)) if i != axis)
-            changes = (np.diff(self._cells, axis=axis) != 0).any(others)
-            self._cells = self._cells.compress(np.append(True, changes), axis)
+            changes = (np.diff(self.cells, axis=axis) != 0).any(others)
+            self.cells = self.cells.compress(np.append(True, changes), axis)
             kept.append(inner[changes])
         return kept
 
     def row_at(self, w: Array) -> int:
         """The index in ``rows`` of the row at normalized coordinates w (n,)."""
         rounded = np.round(w * F2DOT14) / F2DOT14
-        return int(self._cells[tuple(map(np.searchsorted, self.edges, rounded))])
+        return int(self.cells[tuple(map(np.searchsorted, self.edges, rounded))])
 
-    def boxes(self, row: int) -> list[tuple[Array, Array]]:
+    def box_at(self, w: Array) -> Box:
+        """The box around normalized coordinates w (n,), up to the last coordinates inside it."""
+        rounded = np.round(w * F2DOT14) / F2DOT14
+        lower, upper = next(
+            (low, high)
+            for low, high in self.boxes(self.row_at(w))
+            if ((low <= rounded) & (rounded <= high)).all()
+        )
+        first, last = np.ceil(lower * F2DOT14) / F2DOT14, np.floor(upper * F2DOT14) / F2DOT14
+        ends = self._bounds
+        return np.where(lower > ends[0], first, lower), np.where(upper < ends[1], last, upper)
+
+    def boxes(self, row: int) -> list[Box]:
         """The boxes in which the text has this row: lower and upper corners, (n,) each.
 
         Cells that lie side by side are joined where that gives a box.
         """
-        ranges = [(cell, cell) for cell in map(tuple, np.argwhere(self._cells == row).tolist())]
+        if row not in self._boxes:
+            self._boxes[row] = self._join_cells(row)
+        return self._boxes[row]
+
+    def _join_cells(self, row: int) -> list[Box]:
+        ranges = [(cell, cell) for cell in map(tuple, np.argwhere(self.cells == row).tolist())]
         for axis in range(len(self.edges)):
             ranges = _join(ranges, axis)
         lower, upper = self._bounds
@@ -153,9 +178,6 @@ class Settings:
             )
             for first, last in ranges
         ]
-
-
-Cell = tuple[int, ...]
 
 
 def _edges(conditions: Sequence[IntArray], axis: int, bounds: tuple[float, float]) -> Array:

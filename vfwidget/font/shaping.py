@@ -50,24 +50,6 @@ class ShapedRow:
     positions: Array = field(repr=False, compare=False)
 
 
-@dataclass(frozen=True)
-class ShapedGlyph:
-    """A glyph of a line at the default location.
-
-    Attributes
-    ----------
-    glyph_id, cluster : int
-    offset : (float, float)
-    spacing : bool
-        False for a mark that HarfBuzz gives no room, whatever the advance of its glyph.
-    """
-
-    glyph_id: int
-    cluster: int
-    offset: tuple[float, float]
-    spacing: bool
-
-
 class Shaper:
     """HarfBuzz over the tables of one font.
 

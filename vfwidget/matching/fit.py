@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Array
+from ..energy.descent import descend
 from ..energy.energy import Energy
-from ..energy.solve import descend
 from ..errors import ImageError
 from ..solver.loss import LOSSES, signed_root
 from ..solver.problem import Tolerances

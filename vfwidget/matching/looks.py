@@ -14,7 +14,7 @@ from ..energy.term import Term
 from ..errors import ImageError
 from ..solver.loss import LOSSES, signed_root
 from ..text import Text
-from ..text.place import AXES, OFFSETS, Block
+from ..text.place import AXES, OFFSETS, TRACKING, Block
 from .images import ImageSource, part, read_image
 from .placement import place_on_ink, read_placement
 from .scene import PLACEMENT, Scene, State
@@ -101,7 +101,8 @@ class Looks(Term):
             theta = text.coordinates[None]
             placement = place_on_ink(text, theta, ink, scene.factor, "rotation" in fitted)[0]
         place = text.place
-        start = State(place[AXES], placement, 0.0, levels.light, levels.ink, place[OFFSETS])
+        own = place[OFFSETS], place[TRACKING]
+        start = State(place[AXES], placement, 0.0, levels.light, levels.ink, *own)
         return replace(self, view=View(scene, target, start, fitted))
 
     def blocks(self, text: Text) -> Mapping[str, Block]:
@@ -207,6 +208,7 @@ class View:
             light=values.get("background", start.light),
             ink=float(values["ink"][0]) if "ink" in values else start.ink,
             offsets=values[OFFSETS],
+            tracking=values[TRACKING],
         )
 
 
@@ -232,7 +234,7 @@ class PictureRows:
     def jacobian(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
         """See :class:`vfwidget.energy.rows.Rows`."""
         slope = signed_root(self.own_residual(place), self.term.loss, self.view.scale)[1]
-        mine = {AXES, OFFSETS, *(self.prefix + part for part in self.view.blocks())}
+        mine = {AXES, OFFSETS, TRACKING, *(self.prefix + part for part in self.view.blocks())}
         own = [name for name in slices if name in mine]
         parts = [name.removeprefix(self.prefix) for name in own]
         rows = self.view.scene.jacobian(self._state(place), parts)

@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Array, ArrayLike
 from ..font import Font
 from ..text import Text
-from ..text.place import OFFSETS
+from ..text.place import OFFSETS, TRACKING
 from .fit import Options, Watch, deviations, fit
 from .images import Levels, noise_variance, part, shrink
 from .looks import View
@@ -192,8 +192,8 @@ class Search:
         return states, shares
 
     def _state(self, theta: Array, placement: Array, levels: Levels) -> State:
-        offsets = self.text.place[OFFSETS]
-        return State(theta, placement, 0.0, levels.light, levels.ink, offsets)
+        own = self.text.place[OFFSETS], self.text.place[TRACKING]
+        return State(theta, placement, 0.0, levels.light, levels.ink, *own)
 
     def _starts(self) -> list[State]:
         """States to fit from, the best first."""

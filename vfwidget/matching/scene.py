@@ -21,7 +21,7 @@ from ..arrays import Array
 from ..errors import ImageError
 from ..raster.coverage import Boundary, fill
 from ..text import Text
-from ..text.place import AXES, OFFSETS
+from ..text.place import AXES, OFFSETS, TRACKING
 from .images import Levels, basis
 
 PLACEMENT = ("x", "y", "size", "rotation")
@@ -49,6 +49,8 @@ class State:
         Brightness of the ink.
     offsets : (l, 2) array
         Displacements of the letters, in font units.
+    tracking : (1,) array
+        Space after each letter, in font units.
     """
 
     theta: Array
@@ -57,6 +59,12 @@ class State:
     light: Array
     ink: float
     offsets: Array
+    tracking: Array
+
+    @property
+    def place(self) -> dict[str, Array]:
+        """The text's own unknowns."""
+        return {AXES: self.theta, OFFSETS: self.offsets, TRACKING: self.tracking}
 
     def is_near(self, other: State, slack: float) -> bool:
         """Whether no number differs by more than ``slack``."""
@@ -64,8 +72,8 @@ class State:
 
     def flat(self) -> Array:
         """All numbers in one vector."""
-        arrays = self.theta.ravel(), self.offsets.ravel(), self.placement, self.light
-        return np.concatenate([*arrays, [self.blur, self.ink]])
+        own = (block.ravel() for block in self.place.values())
+        return np.concatenate([*own, self.placement, self.light, [self.blur, self.ink]])
 
 
 class Scene:
@@ -133,8 +141,9 @@ class Scene:
         ----------
         state : State
         wanted : sequence of str
-            Some of ``"axes"``, ``"offsets"``, ``"x"``, ``"y"``, ``"size"``, ``"rotation"``,
-            ``"blur"``, ``"background"`` (the paper's brightness) and ``"ink"``, in this order.
+            Some of ``"axes"``, ``"offsets"``, ``"tracking"``, ``"x"``, ``"y"``, ``"size"``,
+            ``"rotation"``, ``"blur"``, ``"background"`` (the paper's brightness) and ``"ink"``,
+            in this order.
 
         Returns
         -------
@@ -166,16 +175,15 @@ class Scene:
 
     def _moves(self, state: State, wanted: Sequence[str]) -> Array:
         """How the control points move in the picture by parts of the state, (K, 2, size)."""
-        place = {AXES: state.theta, OFFSETS: state.offsets}
-        points, by_theta = self._outline.positions_and_jacobian(place)
+        points, by_theta = self._outline.positions_and_jacobian(state.place)
         linear = self.matrix(state.placement)[:, :2] / self.factor
         placed = (points - self.centre) @ linear.T
         count = len(points)
         parts = []
         if AXES in wanted:
             parts.append(linear @ by_theta.reshape(count, 2, -1))
-        if OFFSETS in wanted:
-            parts.append(linear @ self._outline.by_offsets().reshape(count, 2, -1))
+        by_block = self._outline.by_block.items()
+        parts += [linear @ block for name, block in by_block if name in wanted]
         ahead = np.broadcast_to(np.eye(2) / self.factor, (count, 2, 2))
         turned = np.stack([-placed[:, 1], placed[:, 0]], -1)
         by_placement = np.concatenate([ahead, placed[..., None], turned[..., None]], -1)
@@ -189,7 +197,7 @@ class Scene:
         return self._latest[1]
 
     def _draw(self, state: State) -> _Picture:
-        points = self._outline.positions({AXES: state.theta, OFFSETS: state.offsets})
+        points = self._outline.positions(state.place)
         sharp, boundary = self._fill(points[None], state.placement[None])
         variance = state.blur / self.factor**2
         covered = _blur(sharp, variance)[0]

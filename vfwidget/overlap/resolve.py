@@ -12,8 +12,9 @@ import numpy as np
 
 from ..arrays import Array
 from ..energy import Solution, StayClose, Term
+from ..energy.descent import descend
 from ..energy.energy import Energy
-from ..energy.solve import descend, solution_of
+from ..energy.solve import solution_of
 from ..solver.problem import Tolerances
 from ..text import Text
 from .no_overlap import NoOverlap

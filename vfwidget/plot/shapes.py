@@ -290,14 +290,14 @@ def layout(text: Text, ax: Axes | None = None) -> Axes:
         raise TypeError(f"text must be a Text; received {type(text).__name__}.")
     theta = to_array(text.theta)
     font = text.font
-    origins = text.word.origins(theta)
+    origins = [placed.x for placed in text.layout]
     rows = list(np.broadcast_to(theta, (len(text.glyphs), theta.shape[1])))
     advances = [float(g.advance(w)) for g, w in zip(text.glyphs, rows, strict=True)]
     bearings = [
         [float(side) for side in g.side_bearings(w)] for g, w in zip(text.glyphs, rows, strict=True)
     ]
     numbers = len(text.glyphs) <= MOST_LETTERS
-    em, end = font.units_per_em, origins[-1] + advances[-1]
+    em, end = font.units_per_em, text.advance()
     points = to_array(text.points())
     low, high = (
         (points[:, 1].min(), points[:, 1].max()) if len(points) else (font.descender, font.ascender)

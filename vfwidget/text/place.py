@@ -1,7 +1,8 @@
 """The unknowns of a solve: named blocks of numbers, each with its bounds and kinks.
 
-A text stands at a place: the axis values of its letters (``"axes"``, Θ in normalized coordinates)
-and a displacement of each letter from where the layout sets it (``"offsets"``, in font units).
+A text stands at a place: the axis values of its letters (``"axes"``, Θ in normalized coordinates),
+a displacement of each letter from where the layout sets it (``"offsets"``, in font units) and the
+space between letters (``"tracking"``, in font units).
 A term may add blocks of its own, such as the placement of a picture. In a solve each block is
 free or fixed; the solver sees one flat vector of the free ones.
 """
@@ -16,8 +17,8 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SolveError
 
-AXES, OFFSETS = "axes", "offsets"
-"""The two blocks that every text has."""
+AXES, OFFSETS, TRACKING = "axes", "offsets", "tracking"
+"""The three blocks that every text has."""
 
 
 class Place(Mapping[str, Array]):

@@ -1,10 +1,10 @@
 r"""Points of a word as functions of the place: Eq. 3.
 
-A letter's points are affine in the scalars γ(θ) of its own axes, and its origin is the sum of the
-advances before it, each affine in its glyph's γ. So every point of the word, a control point or a
-:class:`Handle` on a curve, is
+A letter's points are affine in the scalars γ(θ) of its own axes, and the word's layout gives its
+origin (:class:`Origins`; with kerning off, the sum of the advances before it). So every point of
+the word, a control point or a :class:`Handle` on a curve, is
 
-    p̃ = base + D · γ(θ_letter) + Σ_{z < letter} advance_z(θ_z) x̂ + offset_letter,
+    p̃ = base + D · γ(θ_letter) + origin(Θ) + gaps · tracking x̂ + offset_letter,
 
 and a few points cost a few rows, however large the glyphs are. A word with a glyph of another
 form (one whose components have axes of their own) is evaluated glyph by glyph instead.
@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array, IntArray, like, namespace
-from .place import AXES, OFFSETS
+from .place import AXES, OFFSETS, TRACKING
 
 Values = Mapping[str, Any]
 """Arrays or tensors by block of unknowns: Θ (..., 1 or l, n), offsets (l, 2)."""
@@ -34,27 +34,41 @@ class PointSet(ABC):
     ----------
     letter : (p,) int array
         The letter that each point belongs to.
+    origin : (p,) int array
+        The origin that each point is measured from: that of its letter, or the end of a line.
     word : Word
     """
 
     letter: IntArray
+    origin: IntArray
     word: Any
 
     def positions(self, place: Values) -> Any:
         """The points at a place, (..., p, 2); arrays stay arrays, tensors tensors."""
         theta = place[AXES]
-        return self._set(theta) + like(place[OFFSETS], theta)[self.letter]
+        return self._set(theta) + like(self._displacement(place), theta)
 
     def positions_and_jacobian(self, place: Values) -> tuple[Any, Any]:
         """The points at a place, (..., p, 2), and their derivative by Θ, (..., p, 2, 1 or l, n)."""
         theta = place[AXES]
         positions, jacobian = self._set_and_jacobian(theta)
-        return positions + like(place[OFFSETS], theta)[self.letter], jacobian
+        return positions + like(self._displacement(place), theta), jacobian
 
-    def by_offsets(self) -> Array:
-        """The derivative of the points by the offsets of the letters, (p, 2, l, 2)."""
+    @cached_property
+    def by_block(self) -> dict[str, Array]:
+        """The derivative (p, 2, size) by the blocks in which the points are linear."""
         own = np.eye(len(self.word.glyphs))[self.letter]
-        return np.eye(2)[None, :, None, :] * own[:, None, :, None]
+        offsets = np.eye(2)[None, :, None, :] * own[:, None, :, None]
+        tracking = self.word.origins.gaps[self.origin, None] * [1.0, 0.0]
+        return {
+            OFFSETS: offsets.reshape(len(own), 2, 2 * own.shape[1]),
+            TRACKING: tracking[..., None],
+        }
+
+    def _displacement(self, place: Values) -> Any:
+        """What the offsets and the tracking add, (p, 2)."""
+        tracking = place[TRACKING][0] * self.word.origins.gaps[self.origin, None] * [1.0, 0.0]
+        return place[OFFSETS][self.letter] + tracking
 
     @property
     def rows(self) -> AffineForm | None:
@@ -94,30 +108,27 @@ class AffinePoints(PointSet):
     base : (p, 2) array
     deltas : (p, 2, M) array
         Over the word's merged regions.
-    before : (p, l) array
-        1 where a letter stands before the point's own and so pushes it along, else 0.
     """
 
     letter: IntArray
+    origin: IntArray
     base: Array
     deltas: Array
-    before: Array
     word: Any = field(repr=False)
 
     @cached_property
     def rows(self) -> AffineForm:
         """See :attr:`PointSet.rows`."""
-        word, flat = self.word, self.deltas.reshape(self.base.size, self.deltas.shape[-1])
+        word, origins = self.word, self.word.origins
+        gain = origins.gain(self.origin)
+        own = 0 if word.shared else self.letter
+        gain[np.arange(len(self.letter)), :, own] += self.deltas
         pushed = np.zeros((self.base.size, len(word.glyphs)))
-        pushed[0::2] = self.before
-        gain = word.advance_rows(pushed)
-        if word.shared:
-            gain += flat
-        else:
-            m = flat.shape[1]
-            for row, letter in enumerate(np.repeat(self.letter, 2)):
-                gain[row, letter * m : (letter + 1) * m] += flat[row]
-        return AffineForm(self.base.ravel() + pushed @ word.advance_base, gain, pushed)
+        pushed[0::2] = origins.pushed[self.origin]
+        rows = word.advance_rows(pushed)
+        rows += gain.reshape(rows.shape)
+        base = (self.base + origins.base[self.origin]).ravel()
+        return AffineForm(base + pushed @ word.advance_base, rows, pushed)
 
     def _set(self, theta: Any) -> Any:
         gamma = self.word.regions.scalars(theta)
@@ -128,28 +139,36 @@ class AffinePoints(PointSet):
         gamma, slopes = word.regions.scalars_and_jacobian(theta)
         advances = word.unclipped_advances(gamma)
         position = self._lay_out(gamma, advances)
-        deltas, before = like(self.deltas, theta), like(self.before, theta)
         # An advance that is held at zero has no slope; one that is zero of itself has.
         rows = like(word.advance_deltas, theta) * (advances >= 0)[..., None]
-        if word.shared:
-            jacobian = deltas @ slopes
-            jacobian[..., 0, :] += before @ (rows @ slopes[..., 0, :, :])
-            return position, jacobian[..., None, :]
-        own = deltas @ slopes[..., self.letter, :, :]
-        widths = (rows[..., None, :] @ slopes)[..., 0, :]
-        p, l, n = len(self.letter), len(word.glyphs), theta.shape[-1]
-        jacobian = like(np.zeros((*position.shape[:-1], 2, l, n)), theta)
-        jacobian[..., 0, :, :] = before[..., None] * widths[..., None, :, :]
-        jacobian[..., xp.arange(p), :, self.letter, :] += xp.moveaxis(own, -3, 0)
+        widths = rows[..., None, :] @ slopes
+        turns = by_letter(widths[..., 0, :], word.shared)
+        jacobian = word.origins.jacobian(slopes, turns)[..., self.origin, :, :, :]
+        own = like(self.deltas, theta) @ slopes[..., self._own, :, :]
+        jacobian[..., xp.arange(len(self.letter)), :, self._own, :] += xp.moveaxis(own, -3, 0)
         return position, jacobian
 
+    @property
+    def _own(self) -> IntArray:
+        """The axis vector of each point."""
+        return np.zeros_like(self.letter) if self.word.shared else self.letter
+
     def _lay_out(self, gamma: Any, advances: Any) -> Any:
-        """A point within its letter, pushed along by the advances before it."""
-        xp = namespace(gamma)
-        own = gamma if self.word.shared else gamma[..., self.letter, :]
-        moved = (like(self.deltas, gamma) @ own[..., None])[..., 0]
-        push = (like(self.before, gamma) @ advances.clip(0)[..., None])[..., 0]
-        return like(self.base, gamma) + moved + xp.stack([push, xp.zeros_like(push)], -1)
+        """A point within its letter, at the letter's origin."""
+        moved = (like(self.deltas, gamma) @ gamma[..., self._own, :, None])[..., 0]
+        origins = self.word.origins.value(gamma, advances.clip(0))
+        return like(self.base, gamma) + moved + origins[..., self.origin, :]
+
+
+def by_letter(slopes: Any, shared: bool) -> Any:
+    """Derivatives (..., l, n) of each letter by its own axes, by Θ: (..., l, 1 or l, n)."""
+    if shared:
+        return slopes[..., None, :]
+    xp = namespace(slopes)
+    *batch, l, n = slopes.shape
+    by_theta = like(np.zeros((*batch, l, l, n)), slopes)
+    by_theta[..., xp.arange(l), xp.arange(l), :] = slopes
+    return by_theta
 
 
 @dataclass(frozen=True)
@@ -161,22 +180,19 @@ class BlendedPoints(PointSet):
     index : (p, c) int array
         Control points of the whole word.
     weights : (p, c) array
-    base : (p, 2) array
-        A constant displacement.
-    before : (p, l) array
-        As in :class:`AffinePoints`.
     """
 
     letter: IntArray
+    origin: IntArray
     index: IntArray
     weights: Array
-    base: Array
-    before: Array
     word: Any = field(repr=False)
 
     def _set(self, theta: Any) -> Any:
         parts = [glyph.outline.value(w) for glyph, w in self.word.letters(theta)]
-        return self._blend(namespace(theta).concatenate(parts, -2), self.word.advances(theta))
+        gamma = self.word.scalars.value(theta)
+        origins = self.word.origins.value(gamma, self.word.advances(theta))
+        return self._blend(namespace(theta).concatenate(parts, -2), origins)
 
     def _set_and_jacobian(self, theta: Any) -> tuple[Any, Any]:
         xp, word = namespace(theta), self.word
@@ -188,25 +204,20 @@ class BlendedPoints(PointSet):
             strict=True,
         )
         values = xp.concatenate([value for value, _ in outlines], -2)
-        slopes = xp.concatenate([slope for _, slope in outlines], -3)
+        outline_slopes = xp.concatenate([slope for _, slope in outlines], -3)
         advances = xp.stack([value for value, _ in widths], -1)
-        turns = xp.stack([slope for _, slope in widths], -2)
-        turns = turns * (advances >= 0)[..., None]
-        position = self._blend(values, advances.clip(0))
-        weights, before = like(self.weights, theta), like(self.before, theta)
-        own = (weights[..., None, None] * slopes[..., self.index, :, :]).sum(-3)
-        if word.shared:
-            own[..., 0, :] += before @ turns
-            return position, own[..., None, :]
-        p, l, n = len(self.letter), len(word.glyphs), theta.shape[-1]
-        jacobian = like(np.zeros((*position.shape[:-1], 2, l, n)), theta)
-        jacobian[..., 0, :, :] = before[..., None] * turns[..., None, :, :]
-        jacobian[..., xp.arange(p), :, self.letter, :] += xp.moveaxis(own, -3, 0)
+        turns = xp.stack([slope for _, slope in widths], -2) * (advances >= 0)[..., None]
+        gamma, slopes = word.scalars.value_and_jacobian(theta)
+        position = self._blend(values, word.origins.value(gamma, advances.clip(0)))
+        own = like(self.weights, theta)[..., None, None] * outline_slopes[..., self.index, :, :]
+        turns = by_letter(turns, word.shared)
+        jacobian = word.origins.jacobian(slopes, turns)[..., self.origin, :, :, :]
+        letter = np.zeros_like(self.letter) if word.shared else self.letter
+        points = xp.arange(len(letter))
+        jacobian[..., points, :, letter, :] += xp.moveaxis(own.sum(-3), -3, 0)
         return position, jacobian
 
-    def _blend(self, control_points: Any, advances: Any) -> Any:
-        xp = namespace(control_points)
+    def _blend(self, control_points: Any, origins: Any) -> Any:
         weights = like(self.weights, control_points)
         own = (weights[..., None] * control_points[..., self.index, :]).sum(-2)
-        push = (like(self.before, advances) @ advances[..., None])[..., 0]
-        return like(self.base, own) + own + xp.stack([push, xp.zeros_like(push)], -1)
+        return own + origins[..., self.origin, :]

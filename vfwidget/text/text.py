@@ -5,38 +5,35 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from operator import index
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..arrays import Array, ArrayLike, to_array, to_tensor
 from ..errors import AxisError, GlyphError, TextError
-from ..font import Font, Glyph, NamedInstance, load_font
-from ..outline.coordinates import check_coordinates
-from ..outline.cubics import nearest
+from ..font import Font, Glyph, load_font
+from .composition import Composition
 from .handle import Handle
-from .place import AXES, OFFSETS, Block, Place
+from .inputs import AxisValues, read_axes, read_length, read_offsets, read_point, read_theta
+from .layout import PlacedGlyph
+from .locate import carry, nearest_handle
+from .place import AXES, OFFSETS, TRACKING, Block, Place
 from .points import PointSet
-from .word import Word
 
 if TYPE_CHECKING:
     import torch
 
     from ..font.source import FontSource
 
-AxisValues: TypeAlias = "Mapping[str, Any] | NamedInstance | str"
-"""Axis values as callers give them: user values by tag, a named instance, or its name."""
-
 
 class Text:
-    """A line of text at one place of its font's design space; it is immutable.
+    r"""A line of text at one place of its font's design space; it is immutable.
 
     Parameters
     ----------
     font : Font, or a source that :func:`load_font` takes
     string : str
-        Set by HarfBuzz with the font's default features except kerning: Eq. 3 spaces letters by
-        their side bearings alone.
+        HarfBuzz sets it, with the font's default features. Lines are separated by ``"\n"``.
     axes : axis values, or a sequence of them with one entry for each letter, optional
         Axis values are a mapping of tag to user value, an entry of ``font.instances``, or the
         name of one. An axis that is not in a mapping takes its default value.
@@ -45,16 +42,35 @@ class Text:
     offsets : (l, 2) array, optional
         Displacement of each letter from the position that the layout gives it, in font units.
         Default 0.
+    tracking : float
+        Space that is added after each letter, in font units. Default 0.
+    features : mapping of tag to bool or int, optional
+        OpenType features to switch on or off, or alternates to choose: ``{"smcp": True}``. With
+        ``{"kern": False}`` letters are spaced by their side bearings alone, as in Eq. 3.
+    language : str, optional
+        BCP 47 tag such as ``"sr"``.
+    script : str, optional
+        ISO 15924 tag such as ``"Arab"``. Default: that of the characters.
+    direction : {"ltr", "rtl"}, optional
+        Direction of each line as a paragraph (Unicode Standard Annex 9). Default: that of its
+        first letter.
+    line_height : float, optional
+        Distance between the baselines of two lines, in font units. Default: ascender minus
+        descender.
 
     Attributes
     ----------
     word : Word
+        The data that all texts share which are moved within one setting.
+    composition : Composition
         The data that all texts moved from this one share.
 
     Raises
     ------
     TextError
-        The string is empty or holds invisible characters only, or ``offsets`` has the wrong shape.
+        The string is empty or holds invisible characters only, an option does not exist,
+        ``offsets`` has the wrong shape, or HarfBuzz sets the text in a way that vfwidget cannot
+        follow.
     GlyphError
         The font lacks a character.
     AxisError
@@ -64,7 +80,8 @@ class Text:
     Notes
     -----
     Θ, here ``theta``, holds normalized coordinates: (1, n) when shared, (l, n) otherwise. Points
-    are in font units, y up, the origin at the first letter's left side bearing point.
+    are in font units, y up; each line starts at x = 0, the first one at y = 0. Which glyphs the
+    text has depends on the location (:class:`Settings`), and so does ``word``.
     """
 
     def __init__(
@@ -75,29 +92,47 @@ class Text:
         shared: bool = True,
         *,
         offsets: ArrayLike | None = None,
+        tracking: float = 0.0,
+        features: Mapping[str, bool | int] | None = None,
+        language: str | None = None,
+        script: str | None = None,
+        direction: str | None = None,
+        line_height: float | None = None,
     ) -> None:
-        self.word = Word(load_font(font), string, bool(shared))
+        self.composition = Composition(
+            load_font(font),
+            string,
+            bool(shared),
+            line_height,
+            features=features,
+            language=language,
+            script=script,
+            direction=direction,
+        )
         self._axes: list[dict[str, float]] | None
-        self._theta, self._axes = self._read_axes(axes if axes is not None else {})
+        self._theta, self._axes = read_axes(
+            self.font, self.composition.parameters, axes if axes is not None else {}
+        )
+        self.word = self.composition.word_at(self._theta)
         self._offsets = np.zeros((len(self.glyphs), 2))
         if offsets is not None:
-            self._offsets = self._read_offsets(offsets)
-        self._outline: PointSet | None = None
+            self._offsets = read_offsets(offsets, len(self.glyphs))
+        self._tracking = np.array([read_length("tracking", tracking)])
 
     @property
     def font(self) -> Font:
         """The variable font."""
-        return self.word.font
+        return self.composition.font
 
     @property
     def string(self) -> str:
         """The characters."""
-        return self.word.string
+        return self.composition.string
 
     @property
     def shared(self) -> bool:
         """Whether all letters share one axis vector."""
-        return self.word.shared
+        return self.composition.shared
 
     @property
     def glyphs(self) -> tuple[Glyph, ...]:
@@ -122,20 +157,41 @@ class Text:
 
     @property
     def place(self) -> Place:
-        """Where the text stands, by block of unknowns: ``"axes"`` (Θ) and ``"offsets"`` (l, 2)."""
-        return Place({AXES: self._theta, OFFSETS: self._offsets})
+        """Where the text stands, by block of unknowns.
+
+        The blocks are ``"axes"`` (Θ), ``"offsets"`` (l, 2) and ``"tracking"`` (1,).
+        """
+        return Place({AXES: self._theta, OFFSETS: self._offsets, TRACKING: self._tracking})
+
+    @property
+    def tracking(self) -> float:
+        """Space that is added after each letter, in font units."""
+        return float(self._tracking[0])
+
+    @property
+    def layout(self) -> list[PlacedGlyph]:
+        """Where each glyph stands, in drawing order."""
+        word, letters = self.word, range(len(self.glyphs))
+        origins = word.origins_at(self._theta)[letters]
+        origins[:, 0] += self._tracking * word.origins.gaps[letters]
+        origins += self._offsets
+        advances = word.set_advances(self._theta) + self._tracking * word.origins.is_base
+        rows = zip(word.glyph_ids, word.glyphs, word.clusters, *origins.T, advances, strict=True)
+        return [PlacedGlyph(*row[:3], *map(float, row[3:])) for row in rows]
 
     @property
     def blocks(self) -> dict[str, Block]:
-        """The text's unknowns with their bounds, for a solve."""
-        axes = Block(self._theta, *self.word.bounds, self.word.kinks)
-        return {AXES: axes, OFFSETS: Block(self._offsets)}
+        """The text's unknowns with their bounds, for a solve: the box in which its glyphs stay."""
+        axes = Block(self._theta, *self.composition.bounds_at(self._theta), self.word.kinks)
+        return {AXES: axes, OFFSETS: Block(self._offsets), TRACKING: Block(self._tracking)}
 
     def at(
         self,
         axes: AxisValues | Sequence[AxisValues] | None = None,
         theta: ArrayLike | None = None,
         offsets: ArrayLike | None = None,
+        tracking: float | None = None,
+        shared: bool | None = None,
     ) -> Text:
         """The same text elsewhere in the design space, by user or by normalized coordinates.
 
@@ -147,6 +203,11 @@ class Text:
             Normalized coordinates. Give either this or ``axes``.
         offsets : (l, 2) array, optional
             New displacements of the letters, in font units. By default they stay.
+        tracking : float, optional
+            New space after each letter, in font units. By default it stays.
+        shared : bool, optional
+            Whether the letters of the new text share their axes. Handles do not go along with a
+            change of it.
 
         Raises
         ------
@@ -156,33 +217,51 @@ class Text:
         TextError
             ``offsets`` has the wrong shape or holds NaN.
         """
-        if (axes is None) == (theta is None) and (offsets is None or axes is not None):
+        if axes is not None and theta is not None:
             raise AxisError("Give either axes= or theta=.")
-        coordinates, values = self._theta, self._axes
+        if all(one is None for one in (axes, theta, offsets, tracking, shared)):
+            raise AxisError("Give at least one of axes=, theta=, offsets=, tracking= and shared=.")
+        text = self
+        if shared is not None and bool(shared) != self.shared:
+            text = self._regrouped(bool(shared))
+        coordinates, values = text._theta, text._axes
         if axes is not None:
-            coordinates, values = self._read_axes(axes)
+            coordinates, values = read_axes(self.font, text.composition.parameters, axes)
         elif theta is not None:
-            coordinates, values = to_array(self._check(theta)).copy(), None
-        moved = self.moved(coordinates, values)
+            coordinates, values = to_array(read_theta(theta, text._theta.shape)).copy(), None
+        moved = text.moved(coordinates, values)
         if offsets is not None:
-            moved._offsets = self._read_offsets(offsets)
+            moved._offsets = read_offsets(offsets, len(moved.glyphs))
+        if tracking is not None:
+            moved._tracking = np.array([read_length("tracking", tracking)])
         return moved
+
+    def _regrouped(self, shared: bool) -> Text:
+        """The text with axes for each letter, or with those of its first letter for all."""
+        text = object.__new__(Text)
+        text.__dict__.update(self.__dict__)
+        text.composition = self.composition.regrouped(shared)
+        text._axes = None
+        return text.moved(np.repeat(self._theta[:1], text.composition.parameters, axis=0))
 
     def moved(self, coordinates: Array, axes: list[dict[str, float]] | None = None) -> Text:
         """:meth:`at`, for normalized coordinates that need no check."""
         moved = object.__new__(Text)
-        moved.word, moved._outline = self.word, self._outline
-        moved._theta, moved._axes, moved._offsets = coordinates, axes, self._offsets
+        moved.composition, moved._tracking = self.composition, self._tracking
+        moved._theta, moved._axes = coordinates, axes
+        moved.word = self.composition.word_at(coordinates)
+        moved._offsets = self._offsets
+        if len(moved.glyphs) != len(self.glyphs):
+            moved._offsets = np.zeros((len(moved.glyphs), 2))
         return moved
 
     def moved_to(self, place: Mapping[str, Array]) -> Text:
         """The same text at a place of its unknowns, which needs no check."""
         moved = self.moved(place[AXES])
-        moved._offsets = place[OFFSETS]
+        moved._tracking = place[TRACKING]
+        if len(place[OFFSETS]) == len(moved.glyphs):
+            moved._offsets = place[OFFSETS]
         return moved
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_outline": None}
 
     def __deepcopy__(self, memo: Any) -> Text:
         return self
@@ -211,8 +290,9 @@ class Text:
         return self.word.contours.split(self.points(theta))
 
     def advance(self) -> float:
-        """Width of the whole line, in font units."""
-        return float(self.word.advances(self._theta).sum())
+        """Width of the text, in font units: that of its longest line."""
+        ends = self.positions(self.word.ends, self._theta)
+        return float((ends - self._offsets[self.word.ends.letter])[:, 0].max())
 
     def to_font(self, path: str | os.PathLike[str] | None = None, name: str | None = None) -> Font:
         """The text's glyphs at its location as a static font; ``path`` writes it to a file, too.
@@ -260,23 +340,8 @@ class Text:
         GlyphError
             The text has no outline (spaces only), or x or y is not finite.
         """
-        try:
-            point = np.array([float(x), float(y)])
-        except (TypeError, ValueError, OverflowError, RuntimeError):
-            point = np.array([np.nan, np.nan])
-        if not np.isfinite(point).all():
-            raise GlyphError(f"x and y must be finite numbers; received ({x}, {y}).")
-        owners = [
-            (letter, contour, segment)
-            for letter, glyph in enumerate(self.glyphs)
-            for contour, s in enumerate(glyph.contours)
-            for segment in range(s)
-        ]
-        if not owners:
-            raise GlyphError(f"{self.string!r} has no outline, so it has no nearest point.")
-        points = self.positions(self.point_set(), self._theta)
-        found, t = nearest(points[self.word.contours.segments], point)
-        return Handle(*owners[found], t, word=self.word)
+        point = read_point(x, y)
+        return nearest_handle(self.word, self.positions(self.point_set(), self._theta), point)
 
     def position(self, handle: Handle) -> torch.Tensor:
         """Where a handle's point lies, (2,), in font units.
@@ -286,13 +351,26 @@ class Text:
         GlyphError
             The handle belongs to another text.
         """
-        if not self.owns(handle):
-            raise GlyphError(f"{handle!r} is not a handle of this text, {self.string!r}.")
         return to_tensor(self.positions(self.point_set([handle]), self._theta)[0])
 
     def owns(self, handle: Handle) -> bool:
         """Whether the handle was made by this text, here or elsewhere in its design space."""
-        return isinstance(handle, Handle) and handle.word is self.word
+        return isinstance(handle, Handle) and handle.word.composition is self.composition
+
+    def carry(self, handle: Handle) -> Handle:
+        """The point of this text's outline that corresponds to a handle made elsewhere.
+
+        Where a glyph is another one here, the handle keeps its contour, segment and parameter if
+        both glyphs have the same contours. Otherwise it becomes the nearest point of the outline.
+
+        Raises
+        ------
+        GlyphError
+            The handle belongs to another text, or its letter has no outline here.
+        """
+        if not self.owns(handle):
+            raise GlyphError(f"{handle!r} is not a handle of this text, {self.string!r}.")
+        return carry(handle, self.word, self._theta)
 
     @property
     def breakpoints(self) -> list[Array]:
@@ -302,82 +380,21 @@ class Text:
     def point_set(self, handles: Sequence[Handle] | None = None) -> PointSet:
         """Some of the text's points, or all its control points, ready for :meth:`positions`."""
         if handles is not None:
-            return self.word.at_handles(handles)
-        if self._outline is None:
-            self._outline = self.word.outline()
-        return self._outline
+            return self.word.at_handles([self.carry(handle) for handle in handles])
+        return self.word.outline
 
     def positions(self, points: PointSet, theta: Any) -> Any:
         """A point set's positions at Θ, (p, 2); arrays stay arrays, tensors tensors."""
-        return points.positions({AXES: theta, OFFSETS: self._offsets})
+        return points.positions({**self._linear, AXES: theta})
 
     def positions_and_jacobian(self, points: PointSet, theta: Any) -> tuple[Any, Any]:
         """A point set's positions, (p, 2), and their derivative by Θ, (p, 2, 1 or l, n)."""
-        return points.positions_and_jacobian({AXES: theta, OFFSETS: self._offsets})
+        return points.positions_and_jacobian({**self._linear, AXES: theta})
+
+    @property
+    def _linear(self) -> dict[str, Array]:
+        """The blocks of the place in which points are linear."""
+        return {OFFSETS: self._offsets, TRACKING: self._tracking}
 
     def _tensor(self, theta: ArrayLike | None) -> torch.Tensor:
-        return self.theta if theta is None else self._check(theta)
-
-    def _check(self, theta: Any) -> torch.Tensor:
-        theta = check_coordinates(theta, len(self.font.axes))
-        if theta.ndim == 1 and self.shared:
-            theta = theta[None]
-        if tuple(theta.shape[:-1]) != (self.word.parameters,):
-            raise AxisError(
-                f"theta has shape {tuple(theta.shape)}; this text needs "
-                f"({self.word.parameters}, {len(self.font.axes)})."
-            )
-        return theta
-
-    def _read_axes(
-        self, axes: AxisValues | Sequence[AxisValues]
-    ) -> tuple[Array, list[dict[str, float]]]:
-        """Θ, and the user values it came from, which normalizing and back would only round."""
-        count = self.word.parameters
-        single = isinstance(axes, Mapping | NamedInstance | str)
-        rows = [axes] * count if single else axes
-        if not isinstance(rows, Sequence) or len(rows) != count:
-            raise AxisError(
-                f"Axis values are one mapping or instance, or {count} for this text; not {axes!r}."
-            )
-        mappings = [self._values(row) for row in rows]
-        theta = np.stack([to_array(self.font.normalize(row)) for row in mappings])
-        return theta, [self._complete(row) for row in mappings]
-
-    def _values(self, row: Any) -> Mapping[str, Any]:
-        """User values by tag, from a mapping, an instance or the name of an instance."""
-        if isinstance(row, str):
-            named = {instance.name: instance for instance in self.font.instances}
-            if row not in named:
-                raise AxisError(
-                    f"{self.font.family_name} has no instance {row!r}; "
-                    f"it has {', '.join(named) or 'none'}."
-                )
-            row = named[row]
-        if isinstance(row, NamedInstance):
-            if row not in self.font.instances:
-                raise AxisError(f"{row.name!r} is not an instance of {self.font.family_name}.")
-            row = row.axes
-        if not isinstance(row, Mapping):
-            raise AxisError(f"Axis values are a mapping of tag to number, not {row!r}.")
-        return row
-
-    def _complete(self, row: Mapping[str, Any]) -> dict[str, float]:
-        values = {}
-        for axis in self.font.axes:
-            value = float(row.get(axis.tag, axis.default))
-            values[axis.tag] = min(max(value, axis.minimum), axis.maximum)
-        return values
-
-    def _read_offsets(self, offsets: ArrayLike) -> Array:
-        shape = (len(self.glyphs), 2)
-        try:
-            values = to_array(offsets).copy()
-        except (TypeError, ValueError, RuntimeError):
-            values = np.zeros(0)
-        if values.shape != shape or not np.isfinite(values).all():
-            raise TextError(
-                f"offsets must be finite numbers of shape {shape}, one displacement (x, y) for "
-                f"each letter; received {offsets!r:.200}."
-            )
-        return values
+        return self.theta if theta is None else read_theta(theta, self._theta.shape)

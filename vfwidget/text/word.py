@@ -8,62 +8,85 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, IntArray, like, namespace, padded_table
+from ..arrays import Array, IntArray, like, namespace, padded_table, to_array
 from ..font import Font, Glyph
 from ..outline.contours import Contours
 from ..outline.cubics import bernstein
 from ..outline.variation import Regions, merge_regions, selection
+from ..outline.varying import Affine
 from .handle import Handle
+from .layout import Layout
 from .memo import Memo
+from .origins import Origins
 from .points import AffinePoints, BlendedPoints, PointSet
 
 
 class Word:
-    """A row of glyphs that all texts moved from one another share; it is immutable.
+    """A row of glyphs that all texts moved within its settings share; it is immutable.
+
+    Parameters
+    ----------
+    composition : Composition
+    rows : tuple of int
+        The row of glyphs of the composition that the letters are taken from: one, or one per
+        letter.
+    layouts : sequence of Layout
+        The layout of each letter.
 
     Attributes
     ----------
     glyphs : tuple of Glyph
     letter_names : tuple of str
         The character of each letter, or its glyph name where it has no single character.
-    fixed_offsets : (l, 2) array
-        Constant displacements that shaping gave, such as that of a mark over its base.
     is_affine : bool
-        Whether all glyphs are affine in the scalars of their regions. The attributes below exist
-        only then.
+        Whether all glyphs are affine in the scalars of their regions.
+    origins : Origins
+        The origins of the letters, and the ends of the lines.
+    scalars : Varying
+        The scalars of these regions as functions of a letter's axes, (M,).
     regions : Regions
-        Every region of every glyph, once: M of them.
+        The M regions over which the layout varies, and those of every affine word's glyphs. The
+        attributes below exist for affine words only.
     outline_regions, advance_regions : list of int arrays
         The indices, among the M regions, of each letter's delta sets and advance deltas.
     advance_base : (l,) array
     advance_deltas : (l, M) array
     """
 
-    def __init__(self, font: Font, string: str, shared: bool) -> None:
-        self.font, self.string, self.shared = font, string, shared
-        shaped = font.shape(string)
-        glyphs = [font.glyph(s.glyph_id) for s in shaped]
-        self.glyphs: tuple[Glyph, ...] = tuple(
-            glyph if s.spacing else glyph.without_advance()
-            for glyph, s in zip(glyphs, shaped, strict=True)
-        )
+    def __init__(self, composition: Any, rows: tuple[int, ...], layouts: Sequence[Layout]) -> None:
+        self.composition, self.rows = composition, rows
+        self.font: Font = composition.font
+        self.string: str = composition.string
+        self.shared: bool = composition.shared
+        self.layouts = tuple(layouts)
+        self.glyph_ids = tuple(layout.row.glyph_ids[i] for i, layout in enumerate(layouts))
+        self.clusters = layouts[0].row.clusters
+        self.glyphs: tuple[Glyph, ...] = tuple(self.font.glyph(g) for g in self.glyph_ids)
         self.letter_names = tuple(
-            _letter_name(string, [s.cluster for s in shaped], i, glyph)
-            for i, glyph in enumerate(glyphs)
+            _letter_name(self.string, self.clusters, i, glyph)
+            for i, glyph in enumerate(self.glyphs)
         )
-        self.fixed_offsets = np.array([s.offset for s in shaped], dtype=np.float64)
         self.is_affine = all(glyph.is_affine for glyph in self.glyphs)
+        supports = [layout.support for layout in layouts]
         if self.is_affine:
-            self._merge()
+            affine = [glyph.affine for glyph in self.glyphs]
+            supports += [g.support for g in affine] + [g.advance_support for g in affine]
+        support, indices = merge_regions(supports)
+        self.regions = Regions(support)
+        m = len(support)
+        self.scalars = self.font.over_axes(Affine(np.zeros(m), np.eye(m), support))
+        count = len(layouts)
+        self.origins = Origins(layouts, indices[:count], m, self.shared, composition.line_height)
+        if self.is_affine:
+            self._place_glyphs(indices[count:])
         self._point_sets: Memo[PointSet] = Memo()
         self.compiled_rows: Memo[Any] = Memo()
         """What energies compile from affine terms, for the next solve with the same ones."""
 
-    def _merge(self) -> None:
+    def _place_glyphs(self, indices: list[IntArray]) -> None:
+        """Lay the deltas of the glyphs out over the word's regions."""
         affine, count = [glyph.affine for glyph in self.glyphs], len(self.glyphs)
-        supports = [g.support for g in affine] + [g.advance_support for g in affine]
-        support, indices = merge_regions(supports)
-        self.regions = Regions(support)
+        support = self.regions.support
         self.outline_regions, self.advance_regions = indices[:count], indices[count:]
         self.advance_base = np.array([g.advance_base for g in affine])
         self.advance_deltas = np.zeros((count, len(support)))
@@ -72,7 +95,7 @@ class Word:
             self.advance_deltas[letter] = own.advance_deltas @ spread
 
     def __reduce__(self) -> Any:
-        return Word, (self.font, self.string, self.shared)
+        return _word, (self.composition, self.rows)
 
     def __deepcopy__(self, memo: Any) -> Word:
         return self
@@ -102,7 +125,7 @@ class Word:
     def breakpoints(self) -> list[Array]:
         """For each axis the sorted normalized coordinates at which some point has a kink."""
         varying = [v for glyph in self.glyphs for v in (glyph.outline, glyph.advance_width)]
-        by_axis = zip(*(one.breakpoints for one in varying), strict=True)
+        by_axis = zip(self.scalars.breakpoints, *(v.breakpoints for v in varying), strict=True)
         return [np.unique(np.concatenate(values)) for values in by_axis]
 
     @cached_property
@@ -140,16 +163,30 @@ class Word:
         widths = [glyph.advance_width.value(w) for glyph, w in self.letters(theta)]
         return xp.stack(widths, -1).clip(0)
 
-    def origins(self, theta: Any) -> Any:
-        """The x of each letter's origin at Θ, (..., l), offsets not counted."""
-        advances = self.advances(theta)
-        return advances.cumsum(-1) - advances
+    def origins_at(self, theta: Any) -> Any:
+        """Origins of the letters and ends of the lines at Θ, (..., l + lines, 2).
+
+        Tracking and offsets are not counted.
+        """
+        return self.origins.value(self.scalars.value(theta), self.advances(theta))
+
+    def set_advances(self, theta: Array) -> Array:
+        """Advance of each letter at Θ with its kerning, (l,), evaluated at its own axes."""
+        widths = self.advances(theta)
+        found = np.empty(len(widths))
+        for i, (_, w) in enumerate(self.letters(theta)):
+            layout = self.layouts[i]
+            final = to_array(self.font.final_coordinates(w))
+            kern = layout.advance_deltas[i] @ Regions(layout.support).scalars(final)
+            found[i] = layout.own[i] * widths[i] + layout.advance_base[i] + kern
+        return found
 
     def letters(self, theta: Any) -> Iterator[tuple[Glyph, Any]]:
         """Each glyph with its own coordinates (..., n)."""
         for i, glyph in enumerate(self.glyphs):
             yield glyph, theta[..., 0 if self.shared else i, :]
 
+    @cached_property
     def outline(self) -> PointSet:
         """All control points, letter after letter."""
         count = len(self.glyphs)
@@ -157,9 +194,9 @@ class Word:
         if self.is_affine:
             base = np.concatenate([glyph.affine.base for glyph in self.glyphs])
             deltas = np.concatenate([self._spread(i) for i in range(count)])
-            return self._affine(letter, base, deltas)
+            return AffinePoints(letter, letter, base, deltas, self)
         index = np.arange(len(letter))[:, None]
-        return self._blended(letter, index, np.ones(index.shape))
+        return BlendedPoints(letter, letter, index, np.ones(index.shape), self)
 
     def at_handles(self, handles: Sequence[Handle]) -> PointSet:
         """The handles' points, each a blend of the four control points of its segment."""
@@ -167,15 +204,16 @@ class Word:
         return self._point_sets.get(key, lambda: self._blend(key))
 
     @cached_property
-    def end(self) -> PointSet:
-        """The one point at the end of the line, where the next letter's origin would be."""
-        last = np.array([len(self.glyphs) - 1], dtype=np.intp)
-        pushed = np.ones((1, len(self.glyphs)))
+    def ends(self) -> PointSet:
+        """The end of each line, where the next letter's origin would be."""
+        first = len(self.glyphs)
+        origin = np.arange(first, len(self.origins.gaps))
+        letter = np.maximum([self.layouts[0].anchor[k] for k in origin], 0)
         if self.is_affine:
-            deltas = np.zeros((1, 2, len(self.regions.support)))
-            return AffinePoints(last, np.zeros((1, 2)), deltas, pushed, self)
-        none = np.zeros((1, 0))
-        return BlendedPoints(last, none.astype(np.intp), none, np.zeros((1, 2)), pushed, self)
+            deltas = np.zeros((len(origin), 2, len(self.regions.support)))
+            return AffinePoints(letter, origin, np.zeros((len(origin), 2)), deltas, self)
+        none = np.zeros((len(origin), 0))
+        return BlendedPoints(letter, origin, none.astype(np.intp), none, self)
 
     def _blend(self, handles: tuple[Handle, ...]) -> PointSet:
         letter = np.array([h.glyph for h in handles], dtype=np.intp)
@@ -183,33 +221,28 @@ class Word:
         weights = [bernstein(h.t) for h in handles]
         if not self.is_affine:
             index = np.reshape(own, (-1, 4)).astype(np.intp) + self.first_point[letter][:, None]
-            return self._blended(letter, index, np.reshape(weights, (-1, 4)))
+            return BlendedPoints(letter, letter, index, np.reshape(weights, (-1, 4)), self)
         base, deltas = [], []
         for h, points, blend in zip(handles, own, weights, strict=True):
             base.append(blend @ self.glyphs[h.glyph].affine.base[points])
             deltas.append(np.tensordot(blend, self._spread(h.glyph, points), 1))
         count = len(self.regions.support)
         p = len(handles)
-        return self._affine(letter, np.reshape(base, (p, 2)), np.reshape(deltas, (p, 2, count)))
+        flat, spread = np.reshape(base, (p, 2)), np.reshape(deltas, (p, 2, count))
+        return AffinePoints(letter, letter, flat, spread, self)
 
     def _spread(self, letter: int, points: Any = slice(None)) -> Array:
         """A letter's deltas (p, 2, M), laid out over the word's merged regions."""
         spread = selection(self.outline_regions[letter], len(self.regions.support))
         return self.glyphs[letter].affine.deltas[points] @ spread
 
-    def _affine(self, letter: IntArray, base: Array, deltas: Array) -> PointSet:
-        base = base + self.fixed_offsets[letter]
-        return AffinePoints(letter, base, deltas, self._before(letter), self)
 
-    def _blended(self, letter: IntArray, index: IntArray, weights: Array) -> PointSet:
-        base = self.fixed_offsets[letter]
-        return BlendedPoints(letter, index, weights, base, self._before(letter), self)
-
-    def _before(self, letter: IntArray) -> Array:
-        return (np.arange(len(self.glyphs)) < letter[:, None]).astype(np.float64)
+def _word(composition: Any, rows: tuple[int, ...]) -> Word:
+    word: Word = composition.word(rows)
+    return word
 
 
-def _letter_name(string: str, clusters: list[int], index: int, glyph: Glyph) -> str:
+def _letter_name(string: str, clusters: Sequence[int], index: int, glyph: Glyph) -> str:
     """The characters that a glyph stands for, or its name where it shares them with another."""
     own = clusters[index]
     if clusters.count(own) > 1:

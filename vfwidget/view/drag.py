@@ -50,7 +50,7 @@ def solve_drag(
     wanted.append(StayClose((CALM * press.font.units_per_em) ** 2, press.theta))
     dragged = None if target is None else target.handle
     wanted += [Pin(pin, press.position(pin)) for pin in state.pins if pin != dragged]
-    wanted += terms(state.constraints, press)
+    wanted += terms(state.constraints, state.text)
     return solve(
         state.text,
         wanted,
@@ -95,13 +95,17 @@ class Drags:
             The message is malformed.
         """
         try:
-            handle = state.text.handle(*message["handle"])
+            phase, gesture = message.get("phase"), (message.get("view"), message["handle"])
+            goes_on = phase != "down" and gesture == self._gesture
+            press = self._press if goes_on else state.text
+            if press.composition is not state.text.composition:
+                press = state.text
+            # A glyph may change during a drag; the view names the point as it was at the press.
+            handle = press.handle(*message["handle"])
             target = Target(handle, (float(message["x"]), float(message["y"])))
         except (KeyError, TypeError, ValueError) as error:
             raise SolveError(
                 f"This drag message is malformed ({type(error).__name__}: {error})."
             ) from error
-        phase, gesture = message.get("phase"), (message.get("view"), handle)
-        if phase == "down" or gesture != self._gesture or self._press.word is not state.text.word:
-            self._gesture, self._press = gesture, state.text
+        self._gesture, self._press = gesture, press
         return solve_drag(state, self._press, target, released=phase == "up"), handle

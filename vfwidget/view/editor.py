@@ -156,7 +156,7 @@ class Editor(Exports, anywidget.AnyWidget):
             super().__init__(
                 text=text,
                 pins=[],
-                _word=describe_word(text.word),
+                _word=describe_word(text),
                 axes=text.axes,
                 value=text.axes,
                 shared=text.shared,
@@ -251,8 +251,8 @@ class Editor(Exports, anywidget.AnyWidget):
         state = self._history.present
         text = state.text
         with self._adoption(), self.hold_sync():
-            if text.word is not self.text.word:
-                self._word = describe_word(text.word)
+            if text.composition is not self.text.composition:
+                self._word = describe_word(text)
             self.text = text
             self.shared = text.shared
             self.axes = self.value = text.axes
@@ -290,7 +290,7 @@ class Editor(Exports, anywidget.AnyWidget):
             return self.text.at(axes=axes)
         if self.shared and not isinstance(axes, Mapping):
             axes = axes[0]
-        return Text(self.text.font, self.text.string, axes=axes, shared=self.shared)
+        return self.text.at(axes=axes, shared=self.shared)
 
     @traitlets.observe("axes", "shared", "value")
     def _on_axes(self, change: Any) -> None:
@@ -303,7 +303,7 @@ class Editor(Exports, anywidget.AnyWidget):
         if not self._adopting:
             with self._adoption():
                 # `_show` compares the word with that of the old text, which this trait has left.
-                self._word = describe_word(self.text.word)
+                self._word = describe_word(self.text)
             self._adopt(self._history.present.at(self.text))
 
     @traitlets.observe("pins", "_pins", "locks")
@@ -364,7 +364,7 @@ class Editor(Exports, anywidget.AnyWidget):
         solution, handle = self._drags.solve(content, state)
         self._naming = str(content.get("gesture") or "")
         try:
-            self._adopt(replace(state, text=solution.text))
+            self._adopt(state.at(solution.text))
         finally:
             self._naming = None
         if content.get("phase") == "up":

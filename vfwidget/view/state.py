@@ -36,10 +36,15 @@ class State:
     def at(self, text: Text) -> State:
         """The same marks on another text; what has no meaning there is left out."""
         same_letters = text.font is self.text.font and text.string == self.text.string
-        pins = [text.handle(*place(pin)) for pin in self.pins] if same_letters else []
+        pins = [_taken_along(pin, text) for pin in self.pins] if same_letters else []
         tags = {axis.tag for axis in text.font.axes}
         locks = tuple(tag for tag in self.locks if tag in tags)
-        return State(text, tuple(pins), locks, self.constraints if same_letters else ())
+        constraints = [self._carried(one, text) for one in self.constraints] if same_letters else []
+        return State(text, tuple(pins), locks, tuple(constraints))
+
+    def _carried(self, constraint: dict[str, Any], text: Text) -> dict[str, Any]:
+        handles = [self.text.handle(*point) for point in constraint["handles"]]
+        return {**constraint, "handles": [place(_taken_along(h, text)) for h in handles]}
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, State) and self._key == other._key
@@ -57,6 +62,11 @@ class State:
     def pin_places(self) -> list[list[float]]:
         """The pins as the view writes them, ``[letter, contour, segment, t]`` each."""
         return [place(pin) for pin in self.pins]
+
+
+def _taken_along(pin: Handle, text: Text) -> Handle:
+    """The pin on a text with other glyphs, or on one whose letters got separate axes."""
+    return text.carry(pin) if text.owns(pin) else text.handle(*place(pin))
 
 
 def checked_pins(pins: Any, text: Text) -> tuple[Handle, ...]:
@@ -78,7 +88,7 @@ def checked_pins(pins: Any, text: Text) -> tuple[Handle, ...]:
             handle = text.handle(*handle)
         if not isinstance(handle, Handle) or not text.owns(handle):
             raise SolveError(f"{handle!r} is not a handle of this editor's text.")
-        handles.append(handle)
+        handles.append(text.carry(handle))
     return tuple(handles)
 
 

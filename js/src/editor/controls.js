@@ -143,9 +143,10 @@ export class Controls {
     // Rows stay where they can, and with them the focus and what is unfolded.
     if (!alike(word.axes, this.rows.map((row) => row.axis))) this.setAxes(word.axes);
     const characters = [...word.string];
-    this.names = word.order.map((g, i) => (characters.length === word.order.length ? characters[i] : word.glyphs[g].name));
+    const { order } = word.rows[0];
+    this.names = order.map((g, i) => (characters.length === order.length ? characters[i] : word.glyphs[g].name));
     this.letters.replaceChildren(...this.names.map((name, i) => html("button", {
-      type: "button", class: "vfw-chip", title: word.glyphs[word.order[i]].name,
+      type: "button", class: "vfw-chip", title: word.glyphs[order[i]].name,
       "aria-label": `Letter ${i + 1}, ${name}`, onclick: () => this.actions.select(i),
     }, name)));
   }

@@ -193,7 +193,8 @@ export class Editor {
     if (layout === null) return;
     const pins = session.pins.flatMap((pin, index) => (layout.has(pin)
       ? [{ at: layout.position(pin), index, hot: gestures.hover?.pin === index }] : []));
-    if (pins.length < session.pins.length) session.problems.set("_pins", "A pin is not on this word.");
+    // With other glyphs a pin may have no point until the kernel has moved it to one.
+    if (pins.length < session.pins.length && layout.word.rows.length === 1) session.problems.set("_pins", "A pin is not on this word.");
     const i = session.selected;
     this.marks.show({
       pixel: drawing.pixel,

@@ -143,7 +143,7 @@ export class Gestures {
     const found = this.pick(at[0], at[1], touch ? TOUCH : REACH);
     const { x, y } = this.drawing.toFont(at[0], at[1]);
     const letter = found ? found.handle[0]
-      : layout.word.order.findIndex((_, i) => x >= layout.x[i] && x < layout.x[i] + layout.advance[i]);
+      : layout.row.order.findIndex((_, i) => x >= layout.x[i] && x < layout.x[i] + layout.advance[i]);
     if (letter >= 0) this.session.select(letter);
     if (found === null) {
       this.holds.clear();
@@ -294,10 +294,10 @@ export class Gestures {
 
   /** The keys' handle goes to the next or the previous start of a segment. @param {number} by */
   step(by) {
-    const word = this.drawing.layout?.word;
-    if (this.grab || !word) return;
+    const { layout } = this.drawing;
+    if (this.grab || layout === null) return;
     /** @type {Handle[]} */
-    const starts = word.order.flatMap((g, letter) => word.glyphs[g].contours.flatMap((segments, contour) =>
+    const starts = layout.glyphs.flatMap(({ contours }, letter) => contours.flatMap((segments, contour) =>
       Array.from({ length: segments }, (_, segment) => /** @type {Handle} */ ([letter, contour, segment, 0]))));
     if (starts.length === 0) return;
     const [letter, contour, segment] = this.last ?? [];

@@ -26,7 +26,7 @@ export function python({ axes }) {
 export function svg(layout) {
   const { x, y, width, height } = windowFor(layout), { string, family } = layout.word;
   const title = `${string} in ${family}`.replace(/[&<>]/g, (c) => `&#${c.charCodeAt(0)};`);
-  const paths = layout.word.order.map((_, i) =>
+  const paths = layout.row.order.map((_, i) =>
     `<path transform="translate(${rounded(layout.x[i])} ${rounded(-layout.y[i])})" d="${pathData(layout, i)}"/>`);
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="${[x, y, width, height].map(rounded).join(" ")}" width="${
     Math.round(PNG_HEIGHT * width / height)}" height="${PNG_HEIGHT}"><title>${title}</title>${paths.join("")}</svg>`;

@@ -72,7 +72,7 @@ export class Session {
       if (alike(word, this.word)) return;
       fresh = true;
       this.word = word;
-      this.selected = Math.min(this.selected, Math.max(0, word.order.length - 1));
+      this.selected = Math.min(this.selected, Math.max(0, word.rows[0].order.length - 1));
       for (const trait of /** @type {const} */ (["axes", "shared", "_pins", "constraints"])) this.stale.add(trait);
       // What is said of the old word means nothing on the new one.
       this.waiting = {};

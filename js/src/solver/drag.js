@@ -1,5 +1,5 @@
 /** The energy of one drag (Sec. 5.1) and its minimum, which the view draws before the kernel has answered. No DOM. */
-import { coordinates, denormalize } from "../word/forward.js";
+import { coordinates, denormalize, Layout } from "../word/forward.js";
 import { END, Positions } from "../word/positions.js";
 import { add } from "./box.js";
 import { minimise } from "./levenberg_marquardt.js";
@@ -36,7 +36,7 @@ export class Drag {
     this.press = axes;
     /** @type {(Handle | typeof END)[]} */
     const points = [handle ?? END, ...pins], firsts = constraints.map(({ kind, handles }) => points.push(...(kind === "Width" ? [END] : handles)));
-    this.positions = new Positions(word, points, shared);
+    this.positions = new Positions(word, new Layout(word).evaluate(axes).row, points, shared);
     const home = new Float64Array(this.positions.size);
     vectors.forEach((values, v) => coordinates(word, values, home.subarray(v * n, (v + 1) * n)));
     this.home = this.x = home;

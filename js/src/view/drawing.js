@@ -14,7 +14,7 @@ const round = (/** @type {number} */ v) => Math.round(v * 10) / 10;
 
 /** Path data of a laid-out letter relative to its origin, y down. @param {Layout} layout @param {number} letter */
 export function pathData(layout, letter) {
-  const p = layout.points[letter], { contours, starts } = layout.word.glyphs[layout.word.order[letter]];
+  const p = layout.points[letter], { contours, starts } = layout.glyphs[letter];
   let d = "";
   for (let c = 0; c < contours.length; c++) {
     if (contours[c] === 0) continue;
@@ -48,6 +48,8 @@ export class Drawing {
       this.baseline, this.letters, this.overlay);
     /** @type {Layout | null} */
     this.layout = null;
+    /** The row of glyphs that the paths are for. @type {import("../word/rows.js").Row | null} */
+    this.row = null;
     /** @type {Box} */
     this.window = { x: 0, y: -1000, width: 1000, height: 1000 };
     this.animation = 0;
@@ -60,16 +62,22 @@ export class Drawing {
   /** @param {import("../word/decode.js").Word} word @param {any} axes user values, as Layout.evaluate takes them */
   setWord(word, axes) {
     this.layout = new Layout(word).evaluate(axes);
-    this.letters.replaceChildren(...word.order.map((_, i) =>
-      svg("path", { class: "vfw-letter", "data-letter": i, "fill-rule": "nonzero" })));
+    this.place(this.layout);
     this.chosen = false;
     this.show(windowFor(this.layout));
+  }
+
+  /** A path for each letter. @private @param {Layout} layout */
+  place({ row }) {
+    this.row = row;
+    this.letters.replaceChildren(...row.order.map((_, i) =>
+      svg("path", { class: "vfw-letter", "data-letter": i, "fill-rule": "nonzero" })));
   }
 
   /** @param {any} axes */
   draw(axes) {
     if (this.layout === null) return;
-    this.layout.evaluate(axes);
+    if (this.layout.evaluate(axes).row !== this.row) this.place(this.layout);
     const paths = this.letters.children;
     for (let i = 0; i < paths.length; i++) {
       paths[i].setAttribute("d", pathData(this.layout, i));
@@ -84,6 +92,7 @@ export class Drawing {
   distance(axes, others) {
     if (this.layout === null) return 0;
     const { word } = this.layout, a = new Layout(word).evaluate(axes), b = new Layout(word).evaluate(others);
+    if (a.key !== b.key) return Infinity;
     let most = 0;
     a.points.forEach((points, letter) => {
       const x = a.x[letter] - b.x[letter], y = a.y[letter] - b.y[letter], twin = b.points[letter];

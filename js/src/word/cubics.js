@@ -74,7 +74,7 @@ const segment = new Float64Array(8);
 export function nearest(layout, x, y, within = Infinity) {
   let best = within * within, found = null;
   for (let glyph = 0; glyph < layout.points.length; glyph++) {
-    const points = layout.points[glyph], { contours, starts } = layout.word.glyphs[layout.word.order[glyph]];
+    const points = layout.points[glyph], { contours, starts } = layout.glyphs[glyph];
     const qx = x - layout.x[glyph], qy = y - layout.y[glyph];
     for (let contour = 0; contour < contours.length; contour++) {
       const size = 3 * contours[contour];

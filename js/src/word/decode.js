@@ -4,6 +4,7 @@
  */
 import { compile } from "./forward.js";
 
+/** @typedef {import("./rows.js").Row} Row */
 /**
  * @typedef {{tag: string, name: string, minimum: number, default: number, maximum: number,
  *   hidden: boolean, map: [number, number][]}} Axis
@@ -11,7 +12,8 @@ import { compile } from "./forward.js";
  *   regions: number[], advance: {default: number, regions: number[], deltas: number[]}}} Glyph
  *   `starts`: a contour's first point; region scalars times deltas move points and advance
  * @typedef {{family: string, string: string, unitsPerEm: number, ascender: number, descender: number,
- *   instances: {name: string, axes: Record<string, number>}[], axes: Axis[], regions: import("./forward.js").Regions, glyphs: Glyph[], order: number[],
+ *   instances: {name: string, axes: Record<string, number>}[], axes: Axis[], regions: import("./forward.js").Regions,
+ *   glyphs: Glyph[], rows: Row[], settings: {edges: number[][], cells: number[]}, tracking: number,
  *   offsets: [number, number][]}} Word
  */
 
@@ -94,20 +96,43 @@ function glyph(raw, count) {
   return { name, contours, starts, k, points, regions, advance };
 }
 
+/** @param {any} raw @param {number} glyphs how many there are @param {number} count of regions @returns {Row} */
+function row(raw, glyphs, count) {
+  const index = (/** @type {any} */ v, /** @type {number} */ length, low = 0) => Number.isInteger(v) && v >= low && v < length;
+  const form = (/** @type {any} */ f) => finite(f.default) && f.regions.length === f.deltas.length && f.deltas.every(finite)
+    && f.regions.every((/** @type {any} */ r) => index(r, count));
+  const { order, anchors, pushed, own, beside, gaps, clusters, bases } = raw, l = order.length, r = anchors.length;
+  check(order.every((/** @type {any} */ g) => index(g, glyphs)), "the word names a glyph that is not there");
+  // A chain of anchors that returned to its start would have no end.
+  const ends = (/** @type {number} */ i, steps = 0) => i < 0 || (index(i, r) && steps < r && ends(anchors[i], steps + 1));
+  check(r >= l && anchors.every((/** @type {any} */ a) => index(a, l, -1) && ends(a))
+    && [pushed, own, beside, gaps].every((part) => part.length === r) && clusters.length === l && bases.length === l
+    && pushed.flat().every((/** @type {any} */ p) => index(p[0], l) && finite(p[1]))
+    && [...own, ...beside].every(({ x, y }) => form(x) && form(y)), "a row of glyphs is malformed");
+  return raw;
+}
+
+/** @param {any} raw @param {number} axes @param {number} rows @returns {Word["settings"]} */
+function settings({ edges, cells }, axes, rows) {
+  check(edges.length === axes && edges.flat().every(finite) && cells.every((/** @type {number} */ c) => c >= 0 && c < rows)
+    && cells.length === edges.reduce((/** @type {number} */ product, /** @type {any} */ e) => product * (e.length + 1), 1),
+  "the settings are malformed");
+  return { edges, cells };
+}
+
 /**
  * @param {any} raw the `_word` trait
  * @returns {Word}
  * @throws {Error} which names what is wrong
  */
 export function decodeWord(raw) {
-  check(raw !== null && typeof raw === "object" && Array.isArray(raw.order), "there is no word to show");
+  check(raw !== null && typeof raw === "object" && Array.isArray(raw.rows), "there is no word to show");
   const count = number(raw.regions?.count, "the number of regions");
   const axes = list(raw.axes, "axes").map(axis);
   const data = floats(raw.regions.data, count * axes.length * 3, "regions");
   const glyphs = list(raw.glyphs, "glyphs").map((g) => glyph(g, count));
-  const order = list(raw.order, "order");
-  check(order.every((g) => Number.isInteger(g) && g >= 0 && g < glyphs.length),
-    "the word names a glyph that is not there");
+  const rows = list(raw.rows, "rows").map((r) => row(r, glyphs.length, count));
+  check(rows.length > 0, "there is no word to show");
   const unitsPerEm = number(raw.units_per_em, "units_per_em");
   return {
     family: String(raw.family ?? ""),
@@ -120,8 +145,10 @@ export function decodeWord(raw) {
       { name: String(instance?.name), axes: complete({ axes }, instance?.axes) })),
     regions: compile(data, count, axes.length),
     glyphs,
-    order,
-    offsets: order.map((_, i) => [Number(raw.offsets?.[i]?.[0]) || 0, Number(raw.offsets?.[i]?.[1]) || 0]),
+    rows,
+    settings: settings(raw.settings, axes.length, rows.length),
+    tracking: Number(raw.tracking) || 0,
+    offsets: rows[0].order.map((_, i) => [Number(raw.offsets?.[i]?.[0]) || 0, Number(raw.offsets?.[i]?.[1]) || 0]),
   };
 }
 
@@ -145,7 +172,7 @@ export function alike(a, b) {
  */
 export function conform(word, axes, shared, selected) {
   if (shared) return complete(word, Array.isArray(axes) ? axes[selected] ?? axes[0] : axes);
-  return word.order.map((_, i) => complete(word, Array.isArray(axes) ? axes[i] : axes));
+  return word.rows[0].order.map((_, i) => complete(word, Array.isArray(axes) ? axes[i] : axes));
 }
 
 /** @param {Pick<Word, "axes">} word @param {any} values @returns {Record<string, number>} */

@@ -3,6 +3,7 @@
  * it allocates nothing, so it runs at slider rate.
  */
 import { cubic } from "./cubics.js";
+import { chain, rowAt, rowOf, valueOf } from "./rows.js";
 
 /**
  * @typedef {{count: number, first: Int32Array, axis: Int32Array, start: Float64Array,
@@ -154,71 +155,91 @@ export function interpolate(glyph, gamma, out) {
   return out;
 }
 
-/** An advance is never negative, as in HarfBuzz. @param {Glyph} glyph @param {Float64Array} gamma */
-function advanceOf({ advance }, gamma) {
-  let width = advance.default;
-  for (let j = 0; j < advance.regions.length; j++) width += gamma[advance.regions[j]] * advance.deltas[j];
-  return Math.max(0, width);
-}
-
-/** A word laid out at some axis values (Eq. 3); made once per word, moved as often as wanted. */
+/** A word laid out at some axis values (Eq. 3 and what shaping adds); made once, moved as often as wanted. */
 export class Layout {
   /** @param {Word} word */
   constructor(word) {
     this.word = word;
-    /** Control points of each letter, relative to its origin. @type {Float64Array[]} */
-    this.points = word.order.map((g) => new Float64Array(2 * word.glyphs[g].k));
-    this.x = new Float64Array(word.order.length);
-    this.y = new Float64Array(word.order.length);
-    this.advance = new Float64Array(word.order.length);
     this.w = new Float64Array(word.axes.length);
-    this.gamma = new Float64Array(word.regions.count);
-    /** Where a glyph was last interpolated: letters that share it and its axes are copies. */
-    this.seen = new Int32Array(word.glyphs.length);
+    /** Scalars of the regions for each axis vector. @type {Float64Array[]} */
+    this.gammas = [];
+    this.set(word.rows[0], "");
   }
 
-  /** @param {Record<string, number> | Record<string, number>[]} axes user values, shared or per letter */
+  /** Makes room for another row of glyphs. @private @param {import("./rows.js").Row} row @param {string} key */
+  set(row, key) {
+    this.row = row;
+    this.key = key;
+    const count = row.anchors.length, letters = row.order.length;
+    this.glyphs = row.order.map((g) => this.word.glyphs[g]);
+    /** Control points of each letter, relative to its origin. @type {Float64Array[]} */
+    this.points = this.glyphs.map((glyph) => new Float64Array(2 * glyph.k));
+    /** Origins of the letters, then the ends of the lines. */
+    this.x = new Float64Array(count);
+    this.y = new Float64Array(count);
+    this.advance = new Float64Array(letters);
+    this.chains = row.anchors.map((_, i) => chain(row, i));
+  }
+
+  /**
+   * @param {Record<string, number> | Record<string, number>[]} axes user values, shared or per letter
+   * @returns {this} whose `row` may be another one than before
+   */
   evaluate(axes) {
-    const { word, gamma } = this;
-    const shared = !Array.isArray(axes);
-    if (shared) scalars(word.regions, coordinates(word, axes, this.w), gamma);
-    this.seen.fill(-1);
-    let pen = 0;
-    for (let i = 0; i < word.order.length; i++) {
-      const index = word.order[i], glyph = word.glyphs[index], twin = this.seen[index];
-      if (!shared) scalars(word.regions, coordinates(word, axes[i] ?? {}, this.w), gamma);
-      if (shared && twin >= 0) {
-        this.points[i].set(this.points[twin]);
-        this.advance[i] = this.advance[twin];
-      } else {
-        interpolate(glyph, gamma, this.points[i]);
-        this.advance[i] = advanceOf(glyph, gamma);
-        this.seen[index] = i;
-      }
-      this.x[i] = pen + word.offsets[i][0];
-      this.y[i] = word.offsets[i][1];
-      pen += this.advance[i];
+    const { word } = this, shared = !Array.isArray(axes);
+    const vectors = shared ? [axes] : word.rows[0].order.map((_, i) => axes[i] ?? {});
+    const choice = vectors.map((values, v) => {
+      this.gammas[v] ??= new Float64Array(word.regions.count);
+      scalars(word.regions, coordinates(word, values, this.w), this.gammas[v]);
+      return rowAt(word, this.w);
+    });
+    const key = String(choice);
+    if (key !== this.key) this.set(rowOf(word, choice), key);
+    const { row } = this;
+    const gamma = (/** @type {number} */ letter) => this.gammas[shared ? 0 : letter];
+    // Letters that share a glyph and their axes are copies.
+    const seen = new Map();
+    for (let i = 0; i < row.order.length; i++) {
+      const twin = shared ? seen.get(row.order[i]) : undefined;
+      if (twin === undefined) {
+        interpolate(this.glyphs[i], gamma(i), this.points[i]);
+        seen.set(row.order[i], i);
+      } else this.points[i].set(this.points[twin]);
+      this.advance[i] = Math.max(0, valueOf(this.glyphs[i].advance, gamma(i)));
     }
+    for (let i = 0; i < row.anchors.length; i++) {
+      let x = word.tracking * row.gaps[i], y = 0;
+      for (const k of this.chains[i]) {
+        const own = row.own[k], beside = row.beside[k], anchor = row.anchors[k];
+        const here = gamma(k < row.order.length ? k : Math.max(anchor, 0)), there = gamma(Math.max(anchor, 0));
+        x += valueOf(own.x, here) + valueOf(beside.x, there);
+        y += valueOf(own.y, here) + valueOf(beside.y, there);
+      }
+      for (const [letter, share] of row.pushed[i]) x += share * this.advance[letter];
+      const [dx, dy] = word.offsets[i] ?? [0, 0];
+      this.x[i] = x + (i < row.order.length ? dx : 0);
+      this.y[i] = y + (i < row.order.length ? dy : 0);
+    }
+    for (let i = 0; i < row.order.length; i++) this.advance[i] *= row.bases[i];
     return this;
   }
 
-  /** Where the last letter's advance ends. */
+  /** Where the first line ends. */
   get end() {
-    const last = this.x.length - 1;
-    return last < 0 ? 0 : this.x[last] - this.word.offsets[last][0] + this.advance[last];
+    return this.x[this.glyphs.length] ?? 0;
   }
 
   /** Is there such a point? @param {any} handle */
   has(handle) {
     if (!Array.isArray(handle) || handle.length < 4) return false;
     const [glyph, contour, segment, t] = handle;
-    const segments = this.word.glyphs[this.word.order[glyph]]?.contours[contour];
+    const segments = this.glyphs[glyph]?.contours[contour];
     return Number.isInteger(segment) && segment >= 0 && segment < segments && t >= 0 && t <= 1;
   }
 
   /** Where a handle is, in word coordinates. @param {Handle} handle @returns {[number, number]} */
   position([glyph, contour, segment, t]) {
-    const { contours, starts } = this.word.glyphs[this.word.order[glyph]];
+    const { contours, starts } = this.glyphs[glyph];
     const p = this.points[glyph], start = starts[contour], size = 3 * contours[contour];
     const at = (/** @type {number} */ i) => 2 * (start + ((3 * segment + i) % size));
     const a = at(0), b = at(1), c = at(2), d = at(3);
@@ -234,19 +255,18 @@ export class Layout {
     return this.y[letter] + low;
   }
 
-  /** What the control points cover: [left, bottom, right, top], advances included. */
+  /** What the control points cover: [left, bottom, right, top], the ends of the lines included. */
   box() {
-    let left = 0, bottom = 0, right = 0, top = 0;
-    for (let i = 0; i < this.points.length; i++) {
-      const p = this.points[i], x = this.x[i], y = this.y[i];
+    let left = 0, bottom = 0, right = Math.max(0, ...this.x), top = 0;
+    this.points.forEach((p, i) => {
+      const x = this.x[i], y = this.y[i];
       bottom = Math.min(bottom, this.bottom(i));
-      right = Math.max(right, x + this.advance[i]);
       for (let j = 0; j < p.length; j += 2) {
         left = Math.min(left, x + p[j]);
         right = Math.max(right, x + p[j]);
         top = Math.max(top, y + p[j + 1]);
       }
-    }
+    });
     return [left, bottom, right, top];
   }
 }

@@ -1,27 +1,31 @@
 /** Positions of a few outline points as functions of the axes, with their derivatives (Eq. 3). No DOM. */
 import { bernstein } from "./cubics.js";
 import { scalars, slopes } from "./forward.js";
+import { chain, valueOf } from "./rows.js";
 
 /**
  * @typedef {import("./forward.js").Handle} Handle
- * @typedef {{default: number, regions: number[], deltas: ArrayLike<number>}} Form  default + Σ γ_region · delta
+ * @typedef {import("./rows.js").Form} Form
+ * @typedef {{letter: number, share: number, x: Form | null, y: Form | null}} Part  a form by the scalars of a letter
  */
 
-/** Given in place of a handle: the end of the last letter's advance on the baseline. */
+/** Given in place of a handle: the end of the first line. */
 export const END = "end";
 
 export class Positions {
   /**
-   * @param {import("./decode.js").Word} word @param {(Handle | typeof END)[]} handles
+   * @param {import("./decode.js").Word} word
+   * @param {import("./rows.js").Row} row the row of glyphs that the handles are on
+   * @param {(Handle | typeof END)[]} handles
    * @param {boolean} shared one axis vector for the word, or one for each letter
    */
-  constructor(word, handles, shared) {
+  constructor(word, row, handles, shared) {
     this.word = word;
     this.shared = shared;
     /** How many axis vectors there are, and how many numbers all of them have. */
-    this.vectors = shared ? 1 : word.order.length;
+    this.vectors = shared ? 1 : row.order.length;
     this.size = this.vectors * word.axes.length;
-    this.points = handles.map((handle) => point(word, handle));
+    this.points = handles.map((handle) => point(word, row, handle));
     this.gamma = Array.from({ length: this.vectors }, () => new Float64Array(word.regions.count));
     this.slopes = Array.from({ length: this.vectors }, () => new Float64Array(word.regions.axis.length));
     this.x = new Float64Array(handles.length);
@@ -39,43 +43,44 @@ export class Positions {
       scalars(word.regions, w, this.gamma[v]);
       slopes(word.regions, w, this.slopes[v]);
     }
-    for (let p = 0; p < points.length; p++) {
-      const { letter, horizontal, vertical } = points[p];
+    points.forEach(({ constant, parts, advances }, p) => {
       dx[p].fill(0);
       dy[p].fill(0);
-      x[p] = this.add(horizontal, letter, dx[p]);
-      y[p] = this.add(vertical, letter, dy[p]);
-      for (let j = 0; j < letter; j++) {
-        const { advance } = word.glyphs[word.order[j]];
-        // An advance is never negative, as in HarfBuzz.
-        if (this.value(advance, j) > 0) x[p] += this.add(advance, j, dx[p]);
+      [x[p], y[p]] = constant;
+      for (const part of parts) {
+        if (part.x) x[p] += this.add(part.x, part, dx[p]);
+        if (part.y) y[p] += this.add(part.y, part, dy[p]);
       }
-    }
+      for (const part of advances) {
+        // An advance is never negative, as in HarfBuzz.
+        if (part.x && valueOf(part.x, this.scalarsOf(part.letter)) > 0) x[p] += this.add(part.x, part, dx[p]);
+      }
+    });
     return this;
   }
 
-  /** @private @param {Form} form @param {number} letter */
-  value({ default: sum, regions, deltas }, letter) {
-    const gamma = this.gamma[this.shared ? 0 : letter];
-    for (let j = 0; j < regions.length; j++) sum += gamma[regions[j]] * deltas[j];
-    return sum;
+  /** @private @param {number} letter */
+  scalarsOf(letter) {
+    return this.gamma[this.shared ? 0 : letter];
   }
 
-  /** The value of a form, and its derivative added to a row. @private @param {Form} form @param {number} letter @param {Float64Array} row */
-  add(form, letter, row) {
+  /** The value of a form, and its derivative added to a row. @private @param {Form} form @param {Part} part @param {Float64Array} row */
+  add(form, { letter, share }, row) {
     const { first, axis } = this.word.regions, vector = this.shared ? 0 : letter, start = vector * this.word.axes.length;
     for (let j = 0; j < form.regions.length; j++) {
       const region = form.regions[j];
-      for (let i = first[region]; i < first[region + 1]; i++) row[start + axis[i]] += form.deltas[j] * this.slopes[vector][i];
+      for (let i = first[region]; i < first[region + 1]; i++) {
+        row[start + axis[i]] += share * form.deltas[j] * this.slopes[vector][i];
+      }
     }
-    return this.value(form, letter);
+    return share * valueOf(form, this.gamma[vector]);
   }
 
   /** The normalized coordinates at which the derivatives jump, for each axis. @returns {number[][]} */
   kinks() {
-    const { regions, axes, glyphs, order } = this.word, { first, axis, start, peak, end } = regions;
-    const felt = new Set(this.points.flatMap(({ letter, horizontal }) => [
-      ...horizontal.regions, ...order.slice(0, letter).flatMap((g) => glyphs[g].advance.regions)]));
+    const { regions, axes } = this.word, { first, axis, start, peak, end } = regions;
+    const felt = new Set(this.points.flatMap(({ parts, advances }) =>
+      [...parts, ...advances].flatMap((part) => [part.x, part.y].flatMap((form) => form?.regions ?? []))));
     const kinks = axes.map(() => /** @type {Set<number>} */ (new Set()));
     for (const j of felt) {
       for (let i = first[j]; i < first[j + 1]; i++) for (const w of [start[i], peak[i], end[i]]) kinks[axis[i]].add(w);
@@ -85,23 +90,31 @@ export class Positions {
 }
 
 /**
- * A point relative to its letter's pen position, as two forms.
- * @param {import("./decode.js").Word} word @param {Handle | typeof END} handle
- * @returns {{letter: number, horizontal: Form, vertical: Form}}
+ * A point as a sum of forms: its place in the letter, the steps that lead to the letter, and the advances before it.
+ * @param {import("./decode.js").Word} word @param {import("./rows.js").Row} row @param {Handle | typeof END} handle
+ * @returns {{constant: [number, number], parts: Part[], advances: Part[]}}
  */
-function point(word, handle) {
-  if (handle === END) {
-    const nothing = { default: 0, regions: [], deltas: [] };
-    return { letter: word.order.length, horizontal: nothing, vertical: nothing };
-  }
-  const [letter, contour, segment, t] = handle, { contours, starts, k, points, regions } = word.glyphs[word.order[letter]];
+function point(word, row, handle) {
+  const letter = handle === END ? row.order.length : handle[0], last = (/** @type {number} */ i) => Math.max(row.anchors[i], 0);
+  const parts = chain(row, letter).flatMap((k) => [
+    { letter: k < row.order.length ? k : last(k), share: 1, ...row.own[k] },
+    { letter: last(k), share: 1, ...row.beside[k] },
+  ]);
+  const advances = row.pushed[letter].map(([i, share]) =>
+    ({ letter: i, share, x: word.glyphs[row.order[i]].advance, y: null }));
+  const [dx, dy] = (handle === END ? null : word.offsets[letter]) ?? [0, 0];
+  if (handle !== END) parts.push({ letter, share: 1, ...within(word.glyphs[row.order[letter]], handle) });
+  return { constant: [dx + word.tracking * row.gaps[letter], dy], parts, advances };
+}
+
+/** A point relative to the origin of its letter. @param {import("./decode.js").Glyph} glyph @param {Handle} handle */
+function within({ contours, starts, k, points, regions }, [, contour, segment, t]) {
   const weights = bernstein(t);
   const layer = (/** @type {number} */ index, /** @type {number} */ coordinate) => weights.reduce((sum, weight, i) => {
     const at = starts[contour] + ((3 * segment + i) % (3 * contours[contour]));
     return sum + weight * points[2 * (index * k + at) + coordinate];
   }, 0);
-  const form = (/** @type {number} */ coordinate) => ({
-    default: word.offsets[letter][coordinate] + layer(0, coordinate), regions, deltas: regions.map((_, j) => layer(j + 1, coordinate)),
-  });
-  return { letter, horizontal: form(0), vertical: form(1) };
+  const form = (/** @type {number} */ coordinate) =>
+    ({ default: layer(0, coordinate), regions, deltas: regions.map((_, j) => layer(j + 1, coordinate)) });
+  return { x: form(0), y: form(1) };
 }

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { Session } from "../../src/editor/session.js";
-import { rawWord } from "../oil.js";
+import { oneRow, rawWord } from "../oil.js";
 
 class Model {
   saves = [];
@@ -103,7 +103,7 @@ test("shared and axes a message apart never break the picture", () => {
 
 test("malformed traits are named and the last good value stays", () => {
   const { session, kernel } = setUp({ _pins: [[0, 0, 0, 0]] });
-  kernel({ axes: { wght: "bold" }, _pins: 5, _word: { order: 1 } });
+  kernel({ axes: { wght: "bold" }, _pins: 5, _word: { rows: 1 } });
   session.pull(false);
   assert.deepEqual([session.axes, session.pins, session.word.string], [full(500), [[0, 0, 0, 0]], "oil"]);
   assert.deepEqual([...session.problems.keys()].sort(), ["_pins", "_word", "axes"]);
@@ -118,7 +118,7 @@ test("another word drops what was written for the old one", () => {
   const { model, session, kernel } = setUp();
   session.select(2);
   session.setValues({ wght: 700 });
-  kernel({ _word: { ...rawWord(), order: [1], string: "i" }, axes: { wght: 450 } });
+  kernel({ _word: { ...rawWord(), ...oneRow([1]), string: "i" }, axes: { wght: 450 } });
   assert.equal(session.pull(true), true);
   session.flush();
   assert.deepEqual([session.axes, session.selected, model.saves.length], [full(450), 0, 0]);

@@ -3,7 +3,7 @@ import test from "node:test";
 import { pathData, windowFor } from "../../src/view/drawing.js";
 import { Layout } from "../../src/word/forward.js";
 import { decodeWord } from "../../src/word/decode.js";
-import { rawWord } from "../oil.js";
+import { oneRow, rawWord } from "../oil.js";
 
 test("path data: closed contours of cubics, y down, relative to the letter's origin", () => {
   const layout = new Layout(decodeWord(rawWord())).evaluate({});
@@ -18,11 +18,11 @@ test("path data: closed contours of cubics, y down, relative to the letter's ori
 test("a glyph without an outline draws nothing and keeps its place", () => {
   const raw = rawWord();
   raw.glyphs.push({ name: "space", contours: [], points: null, regions: [], advance: { default: 250, regions: [], deltas: [] } });
-  raw.order = [2, 1];
+  Object.assign(raw, oneRow([2, 1]));
   raw.offsets = [];
   const layout = new Layout(decodeWord(raw)).evaluate({});
   assert.equal(pathData(layout, 0), "");
-  assert.deepEqual([...layout.x], [0, 250]);
+  assert.deepEqual([...layout.x], [0, 250, 550]);
 });
 
 test("the window holds the word, ascender and descender with room around them", () => {
@@ -31,6 +31,6 @@ test("the window holds the word, ascender and descender with room around them", 
   const [left, bottom, right, top] = layout.box();
   assert.deepEqual([left, bottom, right, top], [0, -10, 1200, 710]);
   assert.ok(x < left && x + width > right && y < -800 && y + height > 200);
-  const empty = windowFor(new Layout(decodeWord({ ...rawWord(), order: [] })).evaluate({}));
+  const empty = windowFor(new Layout(decodeWord({ ...rawWord(), ...oneRow([]) })).evaluate({}));
   assert.ok(empty.width > 0 && empty.height > 0);
 });

@@ -3,7 +3,7 @@ import test from "node:test";
 import { cubic, nearest, nearestOnCubic } from "../../src/word/cubics.js";
 import { Layout } from "../../src/word/forward.js";
 import { decodeWord } from "../../src/word/decode.js";
-import { rawWord } from "../oil.js";
+import { oneRow, rawWord } from "../oil.js";
 
 /** The same numbers every run. */
 function random(seed) {
@@ -61,7 +61,7 @@ test("nearest on a word agrees with brute force over every segment", () => {
     const x = 1700 * next() - 200, y = 1200 * next() - 200;
     const found = nearest(layout, x, y);
     let best = Infinity;
-    layout.word.order.forEach((g, glyph) => layout.word.glyphs[g].contours.forEach((count, contour) => {
+    layout.glyphs.forEach(({ contours }, glyph) => contours.forEach((count, contour) => {
       for (let segment = 0; segment < count; segment++) {
         for (let j = 0; j <= 1000; j++) {
           const [px, py] = layout.position([glyph, contour, segment, j / 1000]);
@@ -82,5 +82,5 @@ test("nearest: reach, corners, an empty word", () => {
   assert.deepEqual([corner.glyph, corner.contour, corner.segment, corner.t], [1, 0, 1, 0]);
   const closing = nearest(layout, 700 - 5, -5, 24);
   assert.deepEqual([closing.glyph, closing.contour, closing.segment, closing.t], [1, 0, 0, 0]);
-  assert.equal(nearest(new Layout(decodeWord({ ...rawWord(), order: [] })).evaluate({}), 0, 0), null);
+  assert.equal(nearest(new Layout(decodeWord({ ...rawWord(), ...oneRow([]) })).evaluate({}), 0, 0), null);
 });

@@ -1,0 +1,312 @@
+"""Where letters stand: HarfBuzz as referee, and derivatives against differences."""
+
+from __future__ import annotations
+
+import functools
+
+import fonts
+import numpy as np
+import pytest
+import registry_fonts
+from referee import Typesetter
+
+import vfwidget as vf
+from vfwidget.font.source import open_font
+from vfwidget.outline.cubics import bernstein
+
+F2DOT14 = 16384
+NO_KERNING = {"kern": False}
+WORDS = ["AVATAR Toy.", "Wave «fig»", "fjord 1,750 $k", "e\u0301x\u0301y\u0308z", "T.V. LTÝo"]
+
+
+@functools.cache
+def setters(name: str) -> tuple[vf.Font, Typesetter]:
+    return vf.load_font(name), Typesetter(open_font(name))
+
+
+def locations(font: vf.Font, count: int, seed: int = 5) -> np.ndarray:
+    """Locations that HarfBuzz does not round: two random ones of three, and ends of axes."""
+    rng = np.random.default_rng(seed)
+    lower, upper = font.bounds
+    uniform = rng.uniform(lower, upper, (count, len(lower)))
+    ends = rng.choice([-1.0, 0.0, 1.0], uniform.shape).clip(lower, upper)
+    mixed = np.where(rng.random(uniform.shape) < 1 / 3, ends, uniform)
+    return np.round(mixed * F2DOT14) / F2DOT14
+
+
+def difference(text: vf.Text, expected: list) -> float:
+    """The largest difference of an origin or an advance, in thousandths of the em."""
+    found = text.layout
+    assert [(r.glyph_id, r.cluster) for r in found] == [row[:2] for row in expected]
+    ours = np.array([(r.x, r.y, r.advance) for r in found])
+    theirs = np.array([row[2:] for row in expected])
+    return float(1000 * np.abs(ours - theirs).max() / text.font.units_per_em)
+
+
+@pytest.mark.parametrize("features", [None, NO_KERNING], ids=["kerned", "not kerned"])
+@pytest.mark.parametrize("name", vf.bundled_fonts())
+def test_letters_stand_where_harfbuzz_puts_them(name: str, features: dict | None) -> None:
+    font, setter = setters(name)
+    for word in WORDS:
+        text = vf.Text(font, word, features=features)
+        for w in locations(font, 8):
+            expected = setter.line(word, w, features)
+            # HarfBuzz gives multiples of 1/1024 of a font unit, for each letter.
+            assert difference(text.at(theta=w), expected) < 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("features", [None, NO_KERNING], ids=["kerned", "not kerned"])
+@pytest.mark.parametrize("file", registry_fonts.FILES)
+def test_every_script_stands_where_harfbuzz_puts_it(file: str, features: dict | None) -> None:
+    path = str(registry_fonts.path(file))
+    font, setter = setters(path)
+    worst = rounded = 0.0
+    for word in registry_fonts.words(file):
+        text = vf.Text(font, word, features=features)
+        for w in locations(font, 8):
+            moved = text.at(theta=w)
+            worst = max(worst, difference(moved, setter.line(word, w, features)))
+            plain = setter.line(word, w, features, rounded=True)
+            rounded = max(rounded, difference(moved, plain))
+    print(f"{file:70} {worst:.4f} ‰, against advances in whole units {rounded:.2f} ‰")
+    assert worst < 0.02
+
+
+# Derivatives
+
+
+def differences(text: vf.Text, theta: np.ndarray, step: float) -> np.ndarray:
+    """Central differences of all control points by Θ."""
+    columns = []
+    for i in range(theta.size):
+        move = np.zeros(theta.size)
+        move[i] = step
+        move = move.reshape(theta.shape)
+        columns.append((text.points(theta + move) - text.points(theta - move)).numpy() / (2 * step))
+    return np.stack(columns, -1).reshape(*columns[0].shape, *theta.shape)
+
+
+@pytest.mark.parametrize("shared", [True, False])
+@pytest.mark.parametrize("name", ["recursive", "roboto-flex", "afacad-flux"])
+def test_derivatives_with_kerning(name: str, shared: bool) -> None:
+    text = vf.Text(name, "AVTo\nx\u0301Ly", shared=shared, tracking=13)
+    lower, upper = text.font.bounds
+    rng = np.random.default_rng(3)
+    theta = rng.uniform(lower + 1e-3, np.maximum(upper - 1e-3, lower + 1e-3), text.theta.shape)
+    jacobian = text.jacobian(theta).numpy()
+    expected = differences(text, theta, 1e-6)
+    assert np.abs(jacobian - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+def kerned(features: str, axes=(fonts.WEIGHT,), deltas=None) -> vf.Font:
+    glyphs = {c: fonts.outline(fonts.SQUARE) for c in "abn"}
+    glyphs["mark"] = fonts.outline([(-50, 550), (50, 550), (50, 700), (-50, 700)])
+
+    def edit(builder) -> None:
+        builder.setupCharacterMap({**{ord(c): c for c in "abn"}, 0x301: "mark"})
+        builder.addOpenTypeFeatures(features)
+
+    data = fonts.build(glyphs, deltas or {}, axes=axes, edit=edit, metrics={"mark": (0, -50)})
+    return vf.load_font(data)
+
+
+KERN = "languagesystem DFLT dflt; feature kern { pos a b (wght=400:-50 wght=900:-150); } kern;"
+MARK = """
+    languagesystem DFLT dflt;
+    markClass mark <anchor 0 (wght=400:500 wght=900:700)> @top;
+    feature mark {
+        pos base n <anchor (wght=400:300 wght=900:400) (wght=400:500 wght=900:700)> mark @top;
+    } mark;
+    table GDEF { GlyphClassDef [n a b], , [mark], ; } GDEF;
+"""
+
+
+def test_a_kern_has_kinks_of_its_own() -> None:
+    text = vf.Text(kerned(KERN), "ab")
+    for w, right, left in ((0.0, -100.0, 0.0), (0.5, -100.0, -100.0)):
+        for side, slope in ((0.0, right), (-1e-8, left)):
+            jacobian = text.jacobian([[w + side]]).numpy()
+            assert jacobian[:12, 0].ravel() == pytest.approx(0)
+            assert jacobian[12:, 0].ravel() == pytest.approx(slope)
+    assert 0 in text.breakpoints[0]
+
+
+def test_letters_with_axes_of_their_own_share_a_kern() -> None:
+    """The kern is the mean of -50 at the default and of -150 at the end of the axis."""
+    text = vf.Text(kerned(KERN), "ab", shared=False)
+    for theta, kern in (([0, 0], -50), ([1, 1], -150), ([1, 0], -100), ([0, 1], -100)):
+        placed = text.at(theta=np.reshape(theta, (2, 1))).layout
+        assert placed[1].x == pytest.approx(600 + kern)
+
+
+def test_a_mark_follows_its_anchor() -> None:
+    text = vf.Text(kerned(MARK), "n\u0301a")
+    for wght, x, y in ((400, 300, 0), (900, 400, 0), (650, 350, 0)):
+        base, mark, after = text.at({"wght": wght}).layout
+        assert (mark.x, mark.y) == pytest.approx((x, y))
+        assert (base.x, mark.advance, after.x) == pytest.approx((0, 0, 600))
+
+
+def test_a_mark_with_axes_of_its_own_stays_between_the_anchors() -> None:
+    text = vf.Text(kerned(MARK), "n\u0301a", shared=False)
+    _, mark, after = text.at(theta=[[1.0], [0.0], [0.0]]).layout
+    assert (mark.x, mark.y) == pytest.approx((350, 0))
+    assert after.x == pytest.approx(600)
+
+
+def test_cursive_letters_are_joined() -> None:
+    font = kerned(
+        """
+        languagesystem DFLT dflt;
+        feature curs { pos cursive a <anchor 50 0> <anchor 300 (wght=400:0 wght=900:80)>;
+                       pos cursive b <anchor 50 0> <anchor 300 0>; } curs;
+        """
+    )
+    text = vf.Text(font, "ab").at({"wght": 900})
+    assert [(r.x, r.y) for r in text.layout] == [(0, 0), (250, 80)]
+    assert text.advance() == 850
+
+
+def test_marks_without_anchors_stand_over_the_letter() -> None:
+    """Without GPOS HarfBuzz centres a mark by the extents of the outlines, in whole units."""
+    glyphs = {"a": fonts.outline(fonts.SQUARE)}
+    glyphs["mark"] = fonts.outline([(-40, 550), (60, 550), (60, 700), (-40, 700)])
+    wider = [(-40, 0), (60, 0), (60, 30), (-40, 30), (0, 0), (80, 0), (0, 0), (0, 0)]
+    taller = [(-10, 0), (30, 0), (30, 10), (-10, 10), *fonts.STILL]
+
+    def edit(builder) -> None:
+        builder.setupCharacterMap({ord("a"): "a", 0x301: "mark"})
+
+    data = fonts.build(
+        glyphs,
+        {"a": [(fonts.BOLD, wider)], "mark": [(fonts.WIDE, taller)]},
+        edit=edit,
+        metrics={"mark": (0, -40)},
+    )
+    text, setter = vf.Text(data, "a\u0301"), Typesetter(fonts.open_font(data))
+    for w in locations(text.font, 20):
+        assert difference(text.at(theta=w), setter.line("a\u0301", w)) < 1.5
+
+
+# Lines, tracking and width
+
+
+def test_lines_stand_below_one_another() -> None:
+    text = vf.Text("recursive", "AV\n\nx", line_height=1000)
+    assert [(r.cluster, r.x, r.y) for r in text.layout][::2] == [(0, 0, 0), (4, 0, -2000)]
+    first, second = vf.Text("recursive", "AV"), vf.Text("recursive", "x")
+    assert text.advance() == max(first.advance(), second.advance())
+    default = vf.Text("recursive", "A\nV")
+    assert default.layout[1].y == default.font.descender - default.font.ascender
+
+
+def test_tracking_adds_space_after_each_letter() -> None:
+    font = kerned(MARK)
+    loose = vf.Text(font, "n\u0301a", tracking=70)
+    plain = loose.at(tracking=0)
+    assert (plain.tracking, loose.tracking) == (0, 70)
+    moved = [b.x - a.x for a, b in zip(plain.layout, loose.layout, strict=True)]
+    assert moved == [0, 0, 70]
+    assert loose.advance() - plain.advance() == 140
+    shift = (loose.points() - plain.points()).numpy()
+    assert shift[:, 0].tolist() == [0] * 24 + [70] * 12
+
+
+def test_the_width_of_a_line_counts_kerning_and_tracking() -> None:
+    text = vf.Text("afacad-flux", "AVAToy", tracking=20)
+    wanted = text.advance() + 200
+    found = vf.solve(text, [vf.Width(wanted), vf.StayClose()])
+    assert found.converged and found.text.advance() == pytest.approx(wanted, abs=0.5)
+
+
+def test_tracking_can_be_an_unknown() -> None:
+    text = vf.Text("recursive", "AVAToy")
+    wanted = text.advance() + 120
+    found = vf.solve(text, vf.Width(wanted), free=["tracking"])
+    assert found.text.tracking == pytest.approx(20)
+    assert found.text.axes == text.axes
+
+
+# Glyphs that change
+
+
+def test_a_text_takes_the_glyphs_of_its_location() -> None:
+    text = vf.Text("recursive", "king")
+    cursive = text.at({"CRSV": 1})
+    assert text.layout[0].glyph.name == "k"
+    assert cursive.layout[0].glyph.name == "k.italic"
+    assert cursive.at({}).word is text.word
+
+
+def test_each_letter_takes_the_glyph_of_its_own_location() -> None:
+    text = vf.Text("recursive", "kkk", shared=False)
+    moved = text.at([{}, {"CRSV": 1}, {}])
+    assert [glyph.name for glyph in moved.glyphs] == ["k", "k.italic", "k"]
+    assert moved.layout[2].x > moved.layout[1].x > 0
+
+
+def test_letters_with_axes_of_their_own_are_joined_as_at_the_default() -> None:
+    text = vf.Text("recursive", "fig", shared=False)
+    rows = text.composition.settings.rows
+    assert {len(row.glyph_ids) for row in rows} == {2, 3}
+    for w in locations(text.font, 20):
+        assert len(text.at(theta=np.tile(w, (3, 1))).glyphs) == 3
+
+
+@pytest.mark.parametrize("value", [float("nan"), "1", None, True, float("inf")], ids=repr)
+def test_bad_tracking_and_line_heights(value) -> None:
+    for name in ("tracking", "line_height"):
+        if (name, value) != ("line_height", None):
+            with pytest.raises(vf.TextError, match=f"{name} has to be a finite number"):
+                vf.Text("recursive", "a", **{name: value})
+
+
+def test_positions_that_the_font_does_not_explain_are_refused(monkeypatch) -> None:
+    font = kerned(KERN)
+    monkeypatch.setattr(vf.font.font.Font, "positioning_support", np.zeros((0, 1, 3)))
+    with pytest.raises(vf.TextError, match="variation data do not state"):
+        vf.Text(font, "ab")
+
+
+# Handles in another setting
+
+
+def test_a_handle_keeps_its_parameter_where_contours_correspond() -> None:
+    text = vf.Text("roboto-flex", "a$")
+    heavy = text.at({"wght": 1000})
+    handle = text.handle(0, 0, 3, 0.25)
+    assert heavy.word is not text.word
+    carried = heavy.carry(handle)
+    assert (carried.glyph, carried.contour, carried.segment, carried.t) == (0, 0, 3, 0.25)
+    assert heavy.position(handle).tolist() == heavy.position(carried).tolist()
+    assert heavy.carry(carried) == carried
+
+
+def test_a_handle_goes_to_the_nearest_point_of_another_glyph() -> None:
+    text = vf.Text("recursive", "ok")
+    at = {"CRSV": 1, "wght": 500}
+    cursive, upright = text.at(at), text.at({"wght": 500})
+    before, after = upright.glyphs[1], cursive.glyphs[1]
+    assert before.contours != after.contours
+    handle = upright.handle(1, 0, 2, 0.5)
+    carried = cursive.carry(handle)
+    w = cursive.theta[0]
+    old = bernstein(0.5) @ before.segments(w)[0][2].numpy()
+    outline = np.concatenate([contour.numpy() for contour in after.segments(w)])
+    samples = (bernstein(np.linspace(0, 1, 801)).T @ outline).reshape(-1, 2)
+    new = cursive.position(carried).numpy() - [cursive.layout[1].x, 0]
+    assert np.hypot(*(new - old)) <= np.hypot(*(samples - old).T).min() + 1e-6
+    # Everything that takes a handle takes that of another setting as well.
+    assert cursive.owns(handle)
+    assert cursive.position(handle).tolist() == cursive.position(carried).tolist()
+
+
+def test_a_letter_that_joins_another_takes_no_handle_along() -> None:
+    text = vf.Text("recursive", "fig")
+    places = [text.at(theta=w) for w in locations(text.font, 40)]
+    joined = next(t for t in places if len(t.glyphs) == 2)
+    parted = next(t for t in places if len(t.glyphs) == 3)
+    with pytest.raises(vf.GlyphError, match="i is not a letter by itself there"):
+        joined.carry(parted.handle(1))
+    assert parted.carry(joined.handle(1)).glyph == 2

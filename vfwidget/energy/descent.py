@@ -1,0 +1,134 @@
+"""One descent of an energy: the solver, run from one place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import Array
+from ..solver.drivers import History, active_bounds, minimise
+from ..solver.problem import Problem, Proximity, State, Tolerances
+from ..text.place import AXES
+from .energy import Energy
+from .term import TermResult
+
+
+@dataclass(frozen=True)
+class Descent:
+    """Where one descent ended.
+
+    Attributes
+    ----------
+    problem : Problem
+    state : State
+    history : list of (x, cost)
+    results : list of TermResult
+    earlier : int
+        Steps of the descents that led to its start.
+    """
+
+    problem: Problem
+    state: State
+    history: History
+    results: list[TermResult]
+    earlier: int = 0
+
+    @property
+    def iterations(self) -> int:
+        """Accepted steps in all."""
+        return self.earlier + self.state.iterations
+
+    def after(self, former: Descent) -> Descent:
+        """The descent as the continuation of another one."""
+        history = [*former.history, *self.history]
+        return replace(self, history=history, earlier=former.iterations)
+
+    @property
+    def meets_all(self) -> bool:
+        """Whether every goal is met."""
+        return all(result.met for result in self.results)
+
+    @property
+    def shortfall(self) -> float:
+        """By how many times its tolerance the goal that is missed most is missed; 0 for none."""
+        missed = [r for r in self.results if not r.met]
+        return max(((r.miss or 0.0) / (r.term.tolerance or 1.0) for r in missed), default=0.0)
+
+    def meets_more_than(self, other: Descent) -> bool:
+        """Whether a goal is met that ``other`` misses, and none missed that it meets."""
+        mine = {i for i, result in enumerate(self.results) if result.met}
+        return mine > {i for i, result in enumerate(other.results) if result.met}
+
+
+class Path(History):
+    """The history of a descent, which calls a function at every entry."""
+
+    def __init__(self, watch: Callable[[Array, float], None]) -> None:
+        super().__init__()
+        self.watch = watch
+
+    def append(self, entry: tuple[Array, float]) -> None:
+        """Add (x, cost)."""
+        super().append(entry)
+        self.watch(*entry)
+
+
+def descend(
+    energy: Energy,
+    start: Array,
+    tolerances: Tolerances,
+    max_iterations: int,
+    scale_by_columns: bool = False,
+    watch: Callable[[Array, float], None] | None = None,
+    deadline: float = math.inf,
+) -> Descent:
+    """Minimise an energy from one point of its free unknowns, (N,).
+
+    Parameters
+    ----------
+    energy : Energy
+    start : (N,) array
+    tolerances : Tolerances
+    max_iterations : int
+    scale_by_columns : bool
+        As for the solver's problem. Default False, which prefers short steps.
+    watch : callable of (x, cost), optional
+        Called at the start and at every accepted step.
+    deadline : float
+        The value of ``time.perf_counter()`` after which no step is tried. Default: no limit.
+    """
+    problem = Problem(
+        energy.lower,
+        energy.upper,
+        energy.kinks,
+        scale_by_columns=scale_by_columns,
+        tolerances=tolerances,
+        proximity=Proximity(*energy.proximity),
+        renews=energy.moves,
+    )
+    history: History = [] if watch is None else Path(watch)
+    state = minimise(
+        problem,
+        start,
+        energy.residual,
+        energy.jacobian,
+        energy.renew,
+        max_iterations=max_iterations,
+        history=history,
+        deadline=deadline,
+    )
+    return Descent(problem, state, history, energy.results(state.x))
+
+
+def held_axes(energy: Energy, found: Descent) -> Array:
+    """-1 or 1 where an axis is held at its lower or upper bound, else 0, in the shape of Θ."""
+    held = active_bounds(found.problem, found.state, energy.jacobian)
+    # A locked axis is not held by a bound of the font.
+    held = np.where(energy.lower < energy.upper, held, 0)
+    active = np.zeros(energy.text.coordinates.shape, dtype=int)
+    if AXES in energy.unknowns.slices:
+        active = held[energy.unknowns.slices[AXES]].reshape(active.shape)
+    return active

@@ -1,0 +1,127 @@
+"""A string set in a font, over the whole design space: which word it is at each location."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, to_array
+from ..font import Font
+from ..font.settings import Settings
+from .inputs import read_length
+from .layout import Layout, layouts
+from .memo import Memo
+from .word import Word
+
+
+class Composition:
+    """What a text is besides its place: string, font, and how HarfBuzz sets it.
+
+    Parameters
+    ----------
+    font : Font
+    string : str
+    shared : bool
+        Whether all letters share one axis vector.
+    line_height : float, optional
+        Distance between the baselines of two lines, in font units. Default: ascender minus
+        descender.
+    **shaping
+        ``features``, ``language``, ``script`` and ``direction``.
+
+    Attributes
+    ----------
+    settings : Settings
+        The boxes of the design space in each of which the string has one row of glyphs.
+
+    Raises
+    ------
+    TextError
+        The string is empty, an option does not exist, or the text cannot be laid out.
+    GlyphError
+        The font lacks a character.
+    """
+
+    def __init__(
+        self,
+        font: Font,
+        string: str,
+        shared: bool,
+        line_height: float | None = None,
+        **shaping: Any,
+    ) -> None:
+        self.font, self.string, self.shared = font, string, shared
+        self._shaping = shaping
+        if line_height is None:
+            line_height = font.ascender - font.descender
+        self.line_height = read_length("line_height", line_height)
+        self.options = font.shaping_options(**shaping)
+        self._layouts = layouts(font, string, self.options)
+        self._words: Memo[Word] = Memo()
+
+    def regrouped(self, shared: bool) -> Composition:
+        """The same string with axes shared by all letters, or not."""
+        return Composition(self.font, self.string, shared, self.line_height, **self._shaping)
+
+    def __reduce__(self) -> Any:
+        arguments = self.font, self.string, self.shared, self.line_height, self._shaping
+        return _composition, arguments
+
+    def __deepcopy__(self, memo: Any) -> Composition:
+        return self
+
+    @property
+    def settings(self) -> Settings:
+        """See the attributes of the class."""
+        return self._layouts.settings
+
+    @property
+    def letter_count(self) -> int:
+        """The number of letters at the default."""
+        return len(self.settings.rows[0].glyph_ids)
+
+    @property
+    def parameters(self) -> int:
+        """How many axis vectors Θ holds."""
+        return 1 if self.shared else self.letter_count
+
+    def word_at(self, theta: Array) -> Word:
+        """The word at Θ, (1, n) or (l, n).
+
+        A letter with axes of its own takes its glyph from the row at its own location. If that
+        row joins the letters of the string in another way than the row of the default does, the
+        letter takes its glyph from the latter.
+        """
+        if len(self.settings.rows) == 1:
+            return self.word((0,) * len(theta))
+        if self.font.moves_axes:
+            theta = to_array(self.font.final_coordinates(theta))
+        rows = [self.settings.row_at(w) for w in theta]
+        if not self.shared:
+            usual = self.settings.rows[0].clusters
+            rows = [i if self.settings.rows[i].clusters == usual else 0 for i in rows]
+        return self.word(tuple(rows))
+
+    def bounds_at(self, theta: Array) -> tuple[Array, Array]:
+        """The least and the greatest Θ at which the word is that at Θ, two arrays of its shape."""
+        if self.font.moves_axes or not any(map(len, self.settings.edges)):
+            lower, upper = self.font.bounds
+            return np.tile(lower, (len(theta), 1)), np.tile(upper, (len(theta), 1))
+        boxes = np.array([self.settings.box_at(w) for w in theta])
+        return np.minimum(boxes[:, 0], theta), np.maximum(boxes[:, 1], theta)
+
+    def word(self, rows: tuple[int, ...]) -> Word:
+        """The word whose letters are taken from these rows of glyphs: one, or one per letter."""
+        return self._words.get(rows, lambda: Word(self, rows, self._layouts_of(rows)))
+
+    def _layouts_of(self, rows: tuple[int, ...]) -> list[Layout]:
+        found = [self._layouts.of(self.font, row) for row in rows]
+        return found * len(found[0].row.glyph_ids) if self.shared else found
+
+
+def _composition(
+    font: Font, string: str, shared: bool, line_height: float, shaping: Mapping[str, Any]
+) -> Composition:
+    return Composition(font, string, shared, line_height, **shaping)

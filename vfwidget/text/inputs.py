@@ -1,0 +1,145 @@
+"""What callers pass to a text, checked: axis values, coordinates, offsets and lengths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from ..arrays import Array, ArrayLike, to_array
+from ..errors import AxisError, GlyphError, TextError
+from ..font import Font, NamedInstance
+from ..outline.coordinates import check_coordinates
+
+if TYPE_CHECKING:
+    import torch
+
+AxisValues: TypeAlias = "Mapping[str, Any] | NamedInstance | str"
+"""Axis values as callers give them: user values by tag, a named instance, or its name."""
+
+
+def read_axes(
+    font: Font, count: int, axes: AxisValues | Sequence[AxisValues] | None
+) -> tuple[Array, list[dict[str, float]]]:
+    """Θ, and the user values it came from, which normalizing and back would only round.
+
+    Parameters
+    ----------
+    font : Font
+    count : int
+        The number of axis vectors.
+    axes : axis values, or a sequence of them, optional
+        Default: the defaults of the font.
+
+    Raises
+    ------
+    AxisError
+        The axis or instance is unknown, a value is NaN, or the number of entries is wrong.
+    """
+    axes = {} if axes is None else axes
+    single = isinstance(axes, Mapping | NamedInstance | str)
+    rows = [axes] * count if single else axes
+    if not isinstance(rows, Sequence) or len(rows) != count:
+        raise AxisError(
+            f"Axis values are one mapping or instance, or {count} for this text; not {axes!r}."
+        )
+    mappings = [_values(font, row) for row in rows]
+    theta = np.stack([to_array(font.normalize(row)) for row in mappings])
+    return theta, [_complete(font, row) for row in mappings]
+
+
+def _values(font: Font, row: Any) -> Mapping[str, Any]:
+    """User values by tag, from a mapping, an instance or the name of an instance."""
+    if isinstance(row, str):
+        named = {instance.name: instance for instance in font.instances}
+        if row not in named:
+            raise AxisError(
+                f"{font.family_name} has no instance {row!r}; it has {', '.join(named) or 'none'}."
+            )
+        row = named[row]
+    if isinstance(row, NamedInstance):
+        if row not in font.instances:
+            raise AxisError(f"{row.name!r} is not an instance of {font.family_name}.")
+        row = row.axes
+    if not isinstance(row, Mapping):
+        raise AxisError(f"Axis values are a mapping of tag to number, not {row!r}.")
+    return row
+
+
+def _complete(font: Font, row: Mapping[str, Any]) -> dict[str, float]:
+    values = {}
+    for axis in font.axes:
+        value = float(row.get(axis.tag, axis.default))
+        values[axis.tag] = min(max(value, axis.minimum), axis.maximum)
+    return values
+
+
+def read_theta(theta: ArrayLike, shape: tuple[int, ...]) -> torch.Tensor:
+    """Normalized coordinates as a float64 tensor of a shape, (1, n) or (l, n).
+
+    Where the shape is (1, n), (n,) is accepted as well.
+
+    Raises
+    ------
+    AxisError
+        The shape is another one, or an entry is not finite.
+    """
+    count, n = shape
+    checked = check_coordinates(theta, n)
+    if checked.ndim == 1 and count == 1:
+        checked = checked[None]
+    if tuple(checked.shape[:-1]) != (count,):
+        raise AxisError(f"theta has shape {tuple(checked.shape)}; this text needs ({count}, {n}).")
+    return checked
+
+
+def read_offsets(offsets: ArrayLike, letters: int) -> Array:
+    """Displacements of the letters, (l, 2).
+
+    Raises
+    ------
+    TextError
+        The shape is another one, or a number is not finite.
+    """
+    try:
+        values = to_array(offsets).copy()
+    except (TypeError, ValueError, RuntimeError):
+        values = np.zeros(0)
+    if values.shape != (letters, 2) or not np.isfinite(values).all():
+        raise TextError(
+            f"offsets must be finite numbers of shape {(letters, 2)}, one displacement (x, y) for "
+            f"each letter; received {offsets!r:.200}."
+        )
+    return values
+
+
+def read_length(name: str, value: Any) -> float:
+    """A length in font units.
+
+    Raises
+    ------
+    TextError
+        It is not a finite number.
+    """
+    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if not number or not np.isfinite(value):
+        raise TextError(f"{name} has to be a finite number of font units; received {value!r}.")
+    return float(value)
+
+
+def read_point(x: float, y: float) -> Array:
+    """A point, (2,).
+
+    Raises
+    ------
+    GlyphError
+        A coordinate is not a finite number.
+    """
+    try:
+        point = np.array([float(x), float(y)])
+    except (TypeError, ValueError, OverflowError, RuntimeError):
+        point = np.array([np.nan, np.nan])
+    if not np.isfinite(point).all():
+        raise GlyphError(f"x and y must be finite numbers; received ({x}, {y}).")
+    return point

@@ -1,0 +1,353 @@
+r"""Where the letters of a line stand, as a function of the axes.
+
+HarfBuzz places glyphs one after the other by their advance widths, and moves them by kerning,
+anchors and cursive joins. Within one setting each origin is
+
+    origin_i(w) = Σ_j pushed_ij · advance_j(w) x̂ + base_i + deltas_i · γ(w),
+
+where the advances are those of the glyphs themselves, and γ are the scalars of the regions over
+which the font varies its positioning (the item variation store of GDEF). Without kerning and
+anchors only the first sum is left: the paper's Eq. 3.
+
+No lookup table is read. HarfBuzz shapes the text with all advances 0 at as many locations as
+there are independent scalars, which gives ``base`` and ``deltas`` by least squares. It shapes the
+text with all advances 1 for ``pushed``. Then the positions are compared with HarfBuzz at further
+locations with the true advances, so that text which this form does not describe is recognised.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from ..arrays import Array, BoolArray, IntArray, to_array
+from ..errors import TextError
+from ..font import Font
+from ..font.settings import Box, Settings
+from ..font.shaping import SCALE, ShapedRow
+from ..font.shaping_options import ShapingOptions
+from ..outline.glyph import Glyph
+from ..outline.variation import Regions, merge_regions
+from .memo import Memo
+
+TOLERANCE = 1e-5
+"""Greatest difference from HarfBuzz in ems, for each number of each glyph."""
+BY_EXTENTS = 2.0
+"""Font units: where marks are placed by extents, HarfBuzz rounds these to whole units."""
+MOST_TRIED = 2000
+"""Random locations among which those in a setting are found where axes move others."""
+CHECKS = 3
+"""Locations at which a fitted layout is compared with HarfBuzz."""
+GRID = 16384
+"""HarfBuzz rounds normalized coordinates to 1/16384, so text is shaped at multiples of that."""
+INDEPENDENT = 1e-6
+"""A row of scalars that differs from all combinations of others by less adds nothing to them."""
+
+WHOLE = 0.05
+"""Coefficients that are this close to whole numbers are taken for them."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Origins of l glyphs, and the ends of their lines, as functions of the axes.
+
+    The rows of the arrays are the l glyphs in drawing order, then one end for each line. Font
+    units, y up; the first line starts at (0, 0).
+
+    Attributes
+    ----------
+    row : ShapedRow
+        The glyphs.
+    pushed : (l + lines, l) array
+        How much of each glyph's advance width lies before each origin, 0 … 1.
+    base : (l + lines, 2) array
+    deltas : (l + lines, 2, m) array
+        Displacement by kerning and anchors.
+    support : (m, n, 3) array
+        The regions of the deltas.
+    anchor : (l + lines,) int array
+        For each row, the glyph next to which it is placed: for a mark its base, for another glyph
+        the one before it; -1 at the start of a line.
+    gaps : (l + lines,) int array
+        How many letters stand before each row on its line: the places where tracking adds space.
+    own : (l,) array
+        How much of each glyph's advance width counts in its advance: 0 for a mark, else 1.
+    is_mark : (l,) bool array
+        Which glyphs have no advance and stand at a letter.
+    advance_base, advance_deltas : (l,) and (l, m) arrays
+        What kerning adds to the advance of each glyph.
+    """
+
+    row: ShapedRow
+    pushed: Array = field(repr=False)
+    base: Array = field(repr=False)
+    deltas: Array = field(repr=False)
+    support: Array = field(repr=False)
+    anchor: IntArray = field(repr=False)
+    gaps: IntArray = field(repr=False)
+    own: Array = field(repr=False)
+    is_mark: BoolArray = field(repr=False)
+    advance_base: Array = field(repr=False)
+    advance_deltas: Array = field(repr=False)
+
+
+class PlacedGlyph(NamedTuple):
+    """A glyph of a text with its position, as ``hb-shape`` prints it, but unrounded.
+
+    Attributes
+    ----------
+    glyph_id : int
+    glyph : Glyph
+    cluster : int
+        Index in the string of the first character that the glyph stands for.
+    x, y : float
+        Origin of the glyph, in font units.
+    advance : float
+        Distance to the pen position of the next glyph, in font units.
+    """
+
+    glyph_id: int
+    glyph: Glyph
+    cluster: int
+    x: float
+    y: float
+    advance: float
+
+
+class Layouts:
+    """The layouts of a string, one for each setting; each is fitted when it is first used.
+
+    Attributes
+    ----------
+    settings : Settings
+    """
+
+    def __init__(self, font: Font, string: str, options: ShapingOptions) -> None:
+        self.settings: Settings = font.settings(string, options)
+        self._string, self._options = string, options
+        self._fitted: dict[int, Layout] = {}
+
+    def of(self, font: Font, row: int) -> Layout:
+        """The layout of one of the rows of ``settings``.
+
+        Raises
+        ------
+        TextError
+            See :func:`fit_layout`.
+        """
+        if row not in self._fitted:
+            self._fitted[row] = fit_layout(font, self._string, self._options, self.settings, row)
+        return self._fitted[row]
+
+
+_kept: WeakKeyDictionary[Font, Memo[Layouts]] = WeakKeyDictionary()
+
+
+def layouts(font: Font, string: str, options: ShapingOptions) -> Layouts:
+    """The layouts of a string, which are kept as long as the font."""
+    memo = _kept.setdefault(font, Memo())
+    return memo.get((string, options), lambda: Layouts(font, string, options))
+
+
+def fit_layout(
+    font: Font, string: str, options: ShapingOptions, settings: Settings, index: int
+) -> Layout:
+    """The layout of a text in one setting.
+
+    Parameters
+    ----------
+    settings : Settings
+    index : int
+        The index of the setting's row in ``settings.rows``.
+
+    Raises
+    ------
+    TextError
+        HarfBuzz places the glyphs in another way than the font's variation data say.
+    """
+    rng = np.random.default_rng(0)
+    row = settings.rows[index]
+    support = _positioning_support(font, row)
+    places, fresh = _places(font, settings, index, support, rng)
+    scalars = np.insert(Regions(support).scalars(_final(font, places)), 0, 1.0, axis=1)
+    chosen = _independent_rows(scalars)
+
+    def shape(w: Array, advance: Callable[[int], float]) -> Array:
+        shaped = font.shape_at(string, w, options, advance)
+        if shaped != row:
+            raise TextError(
+                f"HarfBuzz chooses other glyphs for {string!r} at the normalized coordinates "
+                f"{w.tolist()} for a reason that the font's condition sets do not state, and "
+                "vfwidget cannot lay out such text. Remove the characters that cause it."
+            )
+        return shaped.positions
+
+    apart = np.array([shape(w, lambda _: 0.0) for w in places[chosen]])
+    fitted = _fit(scalars[chosen], apart.reshape(len(chosen), -1)).reshape(-1, *apart.shape[1:])
+    response = shape(places[chosen[0]], lambda _: 1.0) - apart[0]
+    layout = _assemble(row, fitted, response, support)
+    for w in fresh:
+        width = _widths(font, w)
+        expected = _origins(row, shape(w, width))
+        gamma = Regions(layout.support).scalars(_final(font, w))
+        found = layout.base + layout.deltas @ gamma
+        found[:, 0] += layout.pushed @ np.array([width(g) for g in row.glyph_ids])
+        off = float(np.abs(found - expected).max())
+        rounding = len(expected) / (2 * SCALE) if font.has_positioning else BY_EXTENTS
+        if off > TOLERANCE * font.units_per_em + rounding:
+            raise TextError(
+                f"HarfBuzz places the glyphs of {string!r} in a way that the font's variation "
+                f"data do not state, {off:.3g} font units away at the normalized coordinates "
+                f"{w.tolist()}, and vfwidget cannot lay out such text. Remove the combining marks, "
+                "or switch off features."
+            )
+    return layout
+
+
+def _widths(font: Font, w: Array) -> Callable[[int], float]:
+    """The advance width at w (n,) of a glyph, by glyph id."""
+    return cache(lambda g: max(float(font.glyph(g).advance_width.value(w)), 0.0))
+
+
+def _assemble(row: ShapedRow, fitted: Array, response: Array, support: Array) -> Layout:
+    """A layout from the numbers of each glyph.
+
+    Parameters
+    ----------
+    fitted : (1 + m, l, 3) array
+        Constant and deltas of advance, x offset and y offset where all advance widths are 0.
+    response : (l, 3) array
+        What is added to them where all advance widths are 1.
+    """
+    origins = np.array([_origins(row, numbers) for numbers in fitted])
+    used = np.abs(origins[1:]).any((1, 2))
+    is_mark = ~(np.abs(fitted[..., 0]).any(0) | (response[:, 0] != 0))
+    lines = _lines(row)
+    reach, own = _origins(row, response)[:, 0], response[:, 0]
+    before = _origins(row, own[:, None] * [1.0, 0.0, 0.0])[: len(own), 0]
+    same_line = lines[:, None] == np.array(row.lines)
+    anchor, gaps = _neighbours(row, is_mark)
+    return Layout(
+        row,
+        # The widths that lie before an origin are those of the first glyphs of its line.
+        pushed=np.where(same_line, (reach[:, None] - before).clip(0, own), 0.0),
+        base=origins[0],
+        deltas=np.moveaxis(origins[1:][used], 0, -1),
+        support=support[used],
+        anchor=anchor,
+        gaps=gaps,
+        own=own,
+        is_mark=is_mark,
+        advance_base=fitted[0, :, 0],
+        advance_deltas=fitted[1:][used, :, 0].T,
+    )
+
+
+def _lines(row: ShapedRow) -> IntArray:
+    """The line of each glyph, then of each end of a line, (l + lines,)."""
+    return np.array([*row.lines, *range(max(row.lines) + 1)])
+
+
+def _origins(row: ShapedRow, numbers: Array) -> Array:
+    """Origins of the glyphs and ends of the lines, (l + lines, 2), from the numbers (l, 3)."""
+    lines, glyph_lines = _lines(row), np.array(row.lines)
+    origins = np.zeros((len(lines), 2))
+    origins[: len(numbers)] = numbers[:, 1:]
+    for line in range(len(lines) - len(numbers)):
+        pens = np.append(0.0, numbers[glyph_lines == line, 0].cumsum())
+        origins[lines == line, 0] += pens
+    return origins
+
+
+def _neighbours(row: ShapedRow, is_mark: BoolArray) -> tuple[IntArray, IntArray]:
+    """``Layout.anchor`` and ``Layout.gaps``."""
+    lines, count = _lines(row), len(row.lines)
+    anchor, gaps = np.full(len(lines), -1), np.zeros(len(lines), dtype=np.intp)
+    for i, line in enumerate(lines):
+        bases = [j for j in np.flatnonzero(lines[:count] == line) if not is_mark[j]]
+        before, after = [j for j in bases if j < i], [j for j in bases if j > i]
+        if i < count and is_mark[i] and row.rtl[i]:
+            anchor[i] = after[0] if after else -1
+        else:
+            anchor[i] = before[-1] if before else -1
+        gaps[i] = len(before)
+        if i < count and is_mark[i] and not row.rtl[i] and before:
+            gaps[i] -= 1
+    return anchor, gaps
+
+
+def _positioning_support(font: Font, row: ShapedRow) -> Array:
+    """The regions over which the displacements of glyphs may vary, (m, n, 3)."""
+    if font.has_positioning:
+        return font.positioning_support
+    # HarfBuzz places marks by the extents of the outlines, which vary as the control points do.
+    glyphs = [font.glyph(glyph_id) for glyph_id in row.glyph_ids]
+    outlines = [g.affine.support for g in glyphs if g.is_affine]
+    return merge_regions([font.positioning_support, *outlines])[0]
+
+
+def _places(
+    font: Font, settings: Settings, index: int, support: Array, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Locations in a setting: some to choose from for shaping, and a few more for comparison."""
+    peaks, count = support[:, :, 1], len(support) + 8
+    if not font.moves_axes:
+        boxes = settings.boxes(index)
+        within = [_on_grid(peaks.clip(*box), box) for box in boxes]
+        random = _random_places(boxes, count + CHECKS, rng)
+        return np.concatenate([*within, random[CHECKS:]]), random[:CHECKS]
+    # The boxes are in other coordinates than the locations, so locations are tried.
+    whole = font.bounds
+    tried = _on_grid(rng.uniform(*whole, (MOST_TRIED, len(whole[0]))), whole)
+    tried = np.concatenate(
+        [tried, _on_grid(peaks.clip(*whole), whole), np.zeros((1, len(whole[0])))]
+    )
+    inside = [settings.row_at(w) == index for w in _final(font, tried)]
+    found = tried[inside][: 4 * count + CHECKS]
+    if not len(found):
+        raise TextError("No location was found at which the text has some of its glyphs.")
+    return found, found[:CHECKS]
+
+
+def _final(font: Font, w: Array) -> Array:
+    """The coordinates at which the font's regions apply, in the shape of w (..., n)."""
+    return to_array(font.final_coordinates(w)) if font.moves_axes else w
+
+
+def _random_places(boxes: Sequence[Box], count: int, rng: np.random.Generator) -> Array:
+    """Random locations in a setting, (count, n), each box in its turn."""
+    turns = [boxes[i % len(boxes)] for i in range(count)]
+    return np.array([_on_grid(rng.uniform(*box), box) for box in turns])
+
+
+def _on_grid(w: Array, box: Box) -> Array:
+    """The nearest coordinates inside a box that HarfBuzz does not round."""
+    lower, upper = (np.ceil(box[0] * GRID), np.floor(box[1] * GRID))
+    return np.round(w * GRID).clip(lower, upper) / GRID
+
+
+def _independent_rows(matrix: Array) -> IntArray:
+    """Rows of a matrix, as few and as different as possible, that all others depend on."""
+    rest, chosen = matrix.copy(), []
+    for _ in range(matrix.shape[1]):
+        lengths = np.linalg.norm(rest, axis=1)
+        longest = int(lengths.argmax())
+        if lengths[longest] <= INDEPENDENT:
+            break
+        chosen.append(longest)
+        direction = rest[longest] / lengths[longest]
+        rest -= np.outer(rest @ direction, direction)
+    return np.array(chosen)
+
+
+def _fit(scalars: Array, values: Array) -> Array:
+    """Coefficients of values that are affine in the scalars."""
+    found = np.asarray(np.linalg.lstsq(scalars, values, rcond=None)[0], dtype=np.float64)
+    # Fonts hold whole numbers, which show unless some scalars depend on one another here.
+    whole = np.round(found)
+    return whole if np.abs(found - whole).max() < WHOLE else found

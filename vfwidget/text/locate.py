@@ -1,0 +1,78 @@
+"""Handles of a word: the nearest to a point, and those that come from another setting."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..arrays import Array
+from ..errors import GlyphError
+from ..outline.cubics import bernstein, nearest
+from .handle import Handle
+from .word import Word
+
+
+def nearest_handle(word: Word, points: Array, point: Array) -> Handle:
+    """The handle of the outline point nearest to a point (2,).
+
+    Parameters
+    ----------
+    points : (K, 2) array
+        The control points of the word.
+
+    Raises
+    ------
+    GlyphError
+        The word has no outline.
+    """
+    owners = [
+        (letter, contour, segment)
+        for letter, glyph in enumerate(word.glyphs)
+        for contour, s in enumerate(glyph.contours)
+        for segment in range(s)
+    ]
+    if not owners:
+        raise GlyphError(f"{word.string!r} has no outline, so it has no nearest point.")
+    found, t = nearest(points[word.contours.segments], point)
+    return Handle(*owners[found], t, word=word)
+
+
+def carry(handle: Handle, word: Word, theta: Array) -> Handle:
+    """The handle of a word that corresponds to that of the same text in another setting.
+
+    The point keeps its contour, segment and parameter if the glyphs of both words have the same
+    contours. Otherwise it is the point of the new outline nearest to the old one at Θ, both
+    measured from the letter's origin.
+
+    Raises
+    ------
+    GlyphError
+        The new word has no outline for the letter.
+    """
+    if handle.word is word:
+        return handle
+    letter = _letter(handle, word)
+    before, after = handle.word.glyphs[handle.glyph], word.glyphs[letter]
+    if before.contours == after.contours:
+        return replace(handle, glyph=letter, word=word)
+    if not after.contours:
+        raise GlyphError(f"{handle.letter_name} has no outline there, so no point to hold.")
+    w = theta[0 if word.shared else letter]
+    own = before.contours.indices[handle.contour][handle.segment]
+    point = bernstein(handle.t) @ before.outline.value(w)[own]
+    found, t = nearest(after.outline.value(w)[after.contours.segments], point)
+    contour = int(after.contours.owners[found])
+    return Handle(letter, contour, found - sum(after.contours[:contour]), t, word=word)
+
+
+def _letter(handle: Handle, word: Word) -> int:
+    """The letter of a word that stands for the same characters as that of a handle."""
+    cluster = handle.word.clusters[handle.glyph]
+    if word.clusters == handle.word.clusters:
+        return handle.glyph
+    same = [i for i, other in enumerate(word.clusters) if other == cluster]
+    if len(same) != 1:
+        raise GlyphError(
+            f"{handle.letter_name} is not a letter by itself there, because the text has other "
+            "glyphs; take a new handle."
+        )
+    return same[0]
