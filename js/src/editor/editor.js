@@ -77,7 +77,7 @@ export class Editor {
       remove: act((index) => this.session.write({ constraints: this.session.constraints.filter((_, i) => i !== index) })),
       change: act((index, value) => this.meet(this.session.constraints.map((c, i) => (i === index ? { ...c, value } : c)))),
     });
-    this.toolbar.element.prepend(this.bar.menu);
+    this.toolbar.unpin.after(this.bar.menu);
     this.family = html("div", { class: "vfw-family" });
     this.line = html("div", { class: "vfw-status", role: "status", "aria-live": "polite", tabindex: 0 });
     this.better = html("button", { type: "button", class: "vfw-button vfw-better", hidden: true }, BETTER);

@@ -55,8 +55,8 @@ export class Toolbar {
       type: "checkbox", class: "vfw-per-letter", onchange: () => actions.share(!this.perLetter.checked),
     });
     this.element = html("div", { class: "vfw-actions" },
-      html("label", { class: "vfw-switch" }, this.perLetter, html("span", {}, "Separate axes for each letter")),
-      this.instances, this.saving, this.unpin, this.reset, this.restart, html("span", { class: "vfw-group" }, this.undo, this.redo));
+      html("span", { class: "vfw-group" }, this.undo, this.redo), this.restart, this.reset, this.unpin, this.instances, this.saving,
+      html("label", { class: "vfw-switch" }, this.perLetter, html("span", {}, "Separate axes for each letter")));
     this.window = html("div", { class: "vfw-window", role: "group", "aria-label": "Zoom" },
       picture("farther", "Zoom out (−)", () => actions.zoom(-1)), picture("closer", "Zoom in (+)", () => actions.zoom(1)),
       picture("fit", "Show the whole word (0)", actions.fit));
