@@ -8,6 +8,7 @@ import torch
 
 import vfwidget as vf
 from vfwidget.energy.energy import Energy
+from vfwidget.raster import frame
 
 
 @pytest.fixture(params=[True, False], ids=["shared", "per letter"])
@@ -110,6 +111,20 @@ def test_width_fits_a_line_to_a_measure(shared: bool) -> None:
     text = vf.Text("roboto-flex", "measure", shared=shared)
     narrower = solved(text, vf.Width(0.9 * text.advance()))
     assert narrower.advance() == pytest.approx(0.9 * text.advance(), abs=0.5)
+
+
+def test_area_counts_overlapping_contours_once():
+    # The stem and the arms of these letters are contours that overlap.
+    for name in ("recursive", "roboto-flex"):
+        text, size = vf.Text(name, "NAt&"), (200, 800)
+        scale = frame(text, size)
+        ink = float(vf.rasterize(text, size, scale).sum() / scale[0, 0] ** 2)
+        assert vf.Area().bind(text).area == pytest.approx(ink, rel=1e-6)
+    # Letters that overlap each other, too.
+    apart = vf.Text("recursive", "ll")
+    stacked = apart.at(offsets=[(0, 0), (-apart.advance() / 2, 0)])
+    whole = vf.Area().bind(apart).area
+    assert vf.Area().bind(stacked).area == pytest.approx(whole / 2, rel=1e-6)
 
 
 def test_area_against_the_polygon_and_towards_a_goal() -> None:

@@ -8,6 +8,7 @@ import pytest
 import vfwidget as vf
 from vfwidget.outline.cubics import AREA
 from vfwidget.outline.union import odd, without_overlaps
+from vfwidget.raster import frame
 
 
 def contours_of(text):
@@ -26,7 +27,7 @@ def test_letters_keep_their_ink(name):
     rng = np.random.default_rng(0)
     for theta in rng.uniform(*text.font.bounds, (2, 1, len(text.font.axes))):
         here = text.at(theta=theta)
-        size, scale = (256, 1024), vf.raster.frame(here, (256, 1024))
+        size, scale = (256, 1024), frame(here, (256, 1024))
         simple = without_overlaps(*contours_of(here))
         for contour in simple:
             np.testing.assert_array_equal(contour[:, 3], np.roll(contour[:, 0], -1, 0))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import vfwidget as vf
+from vfwidget.raster import frame
 
 SQUARE = [(0, 0), (100, 0), (100, 100), (0, 100)]
 
@@ -44,7 +45,7 @@ def test_a_letter_inside_an_obstacle_counts():
     text = vf.Text("dynapuff", "o")
     huge = [(-5000, -5000), (5000, -5000), (5000, 5000), (-5000, 5000)]
     [found] = vf.overlaps(text, [huge])
-    ink = vf.rasterize(text, (300, 300)).sum() / vf.raster.frame(text, (300, 300))[0, 0] ** 2
+    ink = vf.rasterize(text, (300, 300)).sum() / frame(text, (300, 300))[0, 0] ** 2
     assert found.area == pytest.approx(float(ink), rel=1e-6)
     assert found.depth > 1000
 

@@ -12,7 +12,9 @@ import numpy as np
 from ..arrays import Array, ArrayLike, to_array
 from ..deprecation import renamed
 from ..errors import SolveError
-from ..outline.cubics import AREA
+from ..outline.area import areas, swept, weighted_powers
+from ..outline.arrangement import Spans, boundary
+from ..outline.monotone import coefficients
 from ..text import Handle, Text
 from ..text.place import AXES
 from ..text.points import PointSet
@@ -157,26 +159,23 @@ class Area(Term):
 
     Notes
     -----
-    The area is the integral of the winding number, ∮ x dy over every contour in closed form.
-    Where contours of one letter overlap, the overlap counts twice. The residual is the excess of
-    the area, divided by the square root of the goal; it is in font units as those of other terms.
+    The area is that of the ink, so places at which contours or letters overlap count once. It is
+    exact (:mod:`vfwidget.outline.area`). The residual is the excess of the area, divided by the
+    square root of the goal; it is in font units as those of other terms.
     """
 
     area: float | None = None
     weight: float = 1.0
     _contours: Any = field(default=None, repr=False)
-    _sign: float = field(default=1.0, repr=False)
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
         if not text.word.contours:
             raise SolveError(f"{text.string!r} has no outline, and so no area.")
-        bound = replace(self, _contours=text.word.contours.segments)
-        here = bound._measure(to_array(text.points()))
-        # Outer contours run clockwise or counterclockwise, depending on the font.
-        bound = replace(bound, _sign=math.copysign(1.0, here))
+        bound = replace(self, _contours=text.word.contours)
         if self.area is None:
-            return replace(bound, area=abs(here))
+            curves, spans = bound._ink(to_array(text.points()))
+            return replace(bound, area=float(areas(curves, spans).sum()))
         if not (_is_finite(self.area) and self.area > 0):
             raise SolveError(f"An area is a finite number > 0, not {self.area!r}.")
         return bound
@@ -186,17 +185,19 @@ class Area(Term):
 
     def residual(self, points: Array, theta: Array) -> Array:
         goal = self.area or 1.0
-        return np.array([self._measure(points) - goal]) / math.sqrt(goal)
+        return np.array([areas(*self._ink(points)).sum() - goal]) / math.sqrt(goal)
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
-        x, y = (points[self._contours, i] for i in range(2))
+        curves, spans = self._ink(points)
+        powers = weighted_powers(spans.start, spans.end, spans.weight)
         by = np.zeros_like(points)
-        np.add.at(by, self._contours, np.stack([y @ AREA.T, x @ AREA], -1))
-        return Derivative(points=self._sign / math.sqrt(self.area or 1.0) * by[None])
+        np.add.at(by, self._contours.segments, swept(curves, spans.cubic, powers))
+        return Derivative(points=by[None] / math.sqrt(self.area or 1.0))
 
-    def _measure(self, points: Array) -> float:
-        x, y = (points[self._contours, i] for i in range(2))
-        return self._sign * float((x * (y @ AREA.T)).sum())
+    def _ink(self, points: Array) -> tuple[Array, Spans]:
+        """The curves, and the parts of them that bound the ink."""
+        curves = coefficients(points[self._contours.segments])
+        return curves, boundary(curves, self._contours)
 
 
 @renamed(on="handles")
