@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import functools
+import json
+import warnings
 
 import fonts
+import formats
 import numpy as np
 import pytest
 import registry_fonts
@@ -310,3 +313,27 @@ def test_a_letter_that_joins_another_takes_no_handle_along() -> None:
     with pytest.raises(vf.GlyphError, match="i is not a letter by itself there"):
         joined.carry(parted.handle(1))
     assert parted.carry(joined.handle(1)).glyph == 2
+
+
+@pytest.mark.skipif(not formats.CONFORMANCE.is_dir(), reason="the conformance data are not here")
+def test_text_rendering_tests_of_unicode() -> None:
+    """Origins and advances of all their cases with TrueType outlines, in thousandths of the em."""
+    cases = json.loads((formats.CONFORMANCE / "text-rendering-tests.json").read_text("utf-8"))
+    wrong = []
+    for case in cases:
+        file = formats.CONFORMANCE / "trt-fonts" / case["font"]
+        if file.suffix == ".otf":
+            continue
+        font = vf.load_font(file)
+        tags = {axis.tag for axis in font.axes}
+        axes = {tag: value for tag, value in case["variations"].items() if tag in tags}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", vf.AxisWarning)
+            text = vf.Text(font, case["text"], axes=axes)
+        scale = 1000 / font.units_per_em
+        found = [(scale * r.x, scale * r.y) for r in text.layout]
+        expected = [(glyph["x"], glyph["y"]) for glyph in case["glyphs"]]
+        off = np.abs(np.subtract(found, expected)).max()
+        if max(off, abs(scale * text.advance() - case["advance"])) > 2:
+            wrong.append(case["id"])
+    assert not wrong
