@@ -86,8 +86,7 @@ def least_squares(
     absolute_cost_tolerance : float
         Stop when a step lowers the cost by less than this amount. Default 0.
     step_tolerance : float
-        Stop when no variable changes by more than this times (1 + the largest absolute value of
-        x). Default 1e-10.
+        Stop when a step is shorter than this times (1 + the norm of x). Default 1e-10.
     gradient_tolerance : float
         Stop when the cosine of the angle between the residual and each column of the Jacobian is
         at most this, apart from columns whose variable a bound keeps from moving. Default 1e-10.

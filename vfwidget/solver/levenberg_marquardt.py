@@ -296,8 +296,8 @@ def _reject(problem: Problem, state: State, model: Model, trial: _Trial) -> None
 
 
 def _is_short(problem: Problem, state: State, d: Array) -> bool:
-    longest = float(abs(d).max())
-    return longest <= problem.tolerances.step * (1 + float(abs(state.x).max()))
+    length, size = math.sqrt(d.dot(d)), math.sqrt(state.x.dot(state.x))
+    return length <= problem.tolerances.step * (1 + size)
 
 
 def _is_near(problem: Problem, state: State, model: Model) -> bool:

@@ -39,7 +39,7 @@ def linearize(problem: Problem, state: State) -> Generator[Request, Array, Model
             f"{len(state.x)} variables require {(len(state.residual), len(state.x))}."
         )
     model = problem.model(state.residual, jacobian, state.x, low, high)
-    if not np.isfinite(model.columns).all():
+    if not math.isfinite(float(model.columns.sum())):
         raise SolveError("The Jacobian holds NaN or infinity.")
     return model
 

@@ -104,16 +104,15 @@ def _with_diagonal(matrix: Array, more: Any) -> Array:
 
 
 def _spread(sizes: Array, n: int) -> float:
-    """The squared norm of the n-th largest row, relative to the largest; see Model.spread."""
+    """The ratio of the least and largest of the n largest squared row norms; see Model.spread."""
     if len(sizes) > n:
-        least = float(np.partition(sizes, len(sizes) - n)[len(sizes) - n])
-    else:
-        least = min((size for size in sizes.tolist() if size > 0), default=0.0)
-    return (least / float(sizes.max())) if least else 1.0
+        sizes = np.partition(sizes, len(sizes) - n)[len(sizes) - n :]
+    nonzero = [size for size in sizes.tolist() if size > 0]
+    return min(nonzero) / max(nonzero) if nonzero else 1.0
 
 
 def _compressed(jacobian: Array, residual: Array, sizes: Array) -> tuple[Array, Array]:
-    """N rows with the same ‖r + J d‖², up to a constant.
+    """The sum of squares ‖r + J d‖² as n rows, up to a constant.
 
     Rounding errors of the heavy rows do not reach the light ones if the heavy rows come first.
     """

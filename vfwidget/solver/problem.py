@@ -20,7 +20,8 @@ from .status import Outcome
 
 def is_number(value: object) -> bool:
     """Whether a value is a real number of Python or NumPy; True and False are not."""
-    return isinstance(value, Real) and not isinstance(value, bool)
+    # The first test is much the faster, and nearly always enough.
+    return type(value) in (float, int) or (isinstance(value, Real) and not isinstance(value, bool))
 
 
 def is_count(value: object) -> bool:
