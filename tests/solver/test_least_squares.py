@@ -357,3 +357,50 @@ def test_a_result_shows_itself_in_a_few_lines() -> None:
     many = vf.least_squares(trigonometric, np.full((5, 3), 0.5))
     assert "5 problems of 3 variables" in repr(many)
     assert one._repr_html_().startswith("<pre>converged")
+
+
+@given(seeds, st.sampled_from(["columns", "none"]))
+@settings(max_examples=60, deadline=None)
+def test_where_it_converges_no_step_of_a_linear_solver_lowers_the_cost(seed, scale) -> None:
+    rng = np.random.default_rng(seed)
+    m, n = int(rng.integers(1, 9)), int(rng.integers(1, 7))
+    matrix = rng.normal(size=(m, n)) * 10.0 ** rng.uniform(-3, 3, (m, 1))
+    matrix *= 10.0 ** rng.uniform(-2, 2, n)
+    wave = rng.normal(size=(m, n)) * rng.choice([0, 0.1, 1])
+    goal = rng.normal(size=m) * 10.0 ** rng.uniform(-2, 2)
+    lower, upper = -rng.exponential(2, size=n), rng.exponential(2, size=n)
+
+    def residual(x):
+        return matrix @ x + wave @ np.sin(x) - goal
+
+    def jacobian(x):
+        return matrix + wave * np.cos(x)
+
+    start = np.clip(rng.normal(size=n), lower, upper)
+    found = vf.least_squares(residual, start, jacobian, (lower, upper), scale=scale)
+    if not found.converged:
+        assert found.status == "iteration_limit"
+        return
+    room = lower - found.x - 1e-12, upper - found.x + 1e-12
+    slope, values = jacobian(found.x), residual(found.x)
+    step = scipy.optimize.lsq_linear(slope, -values, room, method="bvls", tol=1e-15).x
+    for part in (1, 0.3, 0.1, 0.03, 0.01, 1e-3):
+        there = np.clip(found.x + part * step, lower, upper)
+        assert (residual(there) ** 2).sum() >= found.cost * (1 - 1e-7) - 1e-10
+
+
+@pytest.mark.parametrize("unit", [1e-130, 1e-100, 1e100, 1e150])
+def test_the_unit_of_the_residual_does_not_matter(unit: float) -> None:
+    found = vf.least_squares(
+        lambda x: unit * (x - [1, 2]), [0.0, 0.0], lambda x: unit * np.eye(2), scale="none"
+    )
+    assert found.converged
+    assert found.x == pytest.approx([1, 2])
+
+
+def test_a_column_too_small_to_square_is_left_alone() -> None:
+    found = vf.least_squares(
+        lambda x: x * [1e-160, 1] - [1e-160, 2], [0.0, 0.0], lambda x: np.diag([1e-160, 1])
+    )
+    assert found.converged
+    assert found.x[1] == pytest.approx(2)

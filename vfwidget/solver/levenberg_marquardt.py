@@ -66,6 +66,8 @@ PROBE, LARGEST_BEND = 0.1, 0.75
 of the correction."""
 NEGLIGIBLE = 1e-15
 """A decrease by a smaller share of the cost is within the rounding errors of the cost."""
+SMALLEST = 1e-275
+"""A squared column norm below this counts as zero."""
 LATE = 1e-10
 """The solve may be about to end if the predicted decrease is below this share of the cost."""
 
@@ -164,14 +166,19 @@ def _damped(problem: Problem, state: State, model: Model) -> Quadratic:
     """The model with the damping of the state, which is chosen at the first step."""
     if problem.scale_by_columns:
         state.scale = np.maximum(state.scale, model.columns)
-        weights: Any = np.where(state.scale > 0, state.scale, 1.0)
+        weights = _nonzero(state.scale)
         state.damping = state.damping or _first_damping(state, model, weights)
     else:
         state.scale = max(state.scale, float(model.columns.max()))
-        weights = state.scale or 1.0
+        weights = _nonzero(state.scale)
         state.damping = state.damping or INITIAL_DAMPING * model.spread
     state.damping = max(state.damping, model.least_damping)
     return model.damped(state.damping * weights)
+
+
+def _nonzero(scale: Any) -> Any:
+    """The scale of the damping; 1 for a column that is zero or too small to divide by."""
+    return np.where(scale > SMALLEST, scale, 1.0)
 
 
 def _first_damping(state: State, model: Model, weights: Array) -> float:
@@ -199,8 +206,7 @@ def _first_damping(state: State, model: Model, weights: Array) -> float:
 
 def _without_damping(state: State, model: Model) -> _Proposal:
     """The step that damping does not shorten."""
-    weights = np.where(state.scale > 0, state.scale, 1.0)
-    least = model.damped(model.least_damping * weights)
+    least = model.damped(model.least_damping * _nonzero(state.scale))
     return _propose(model, least, model.low, model.high)
 
 
@@ -222,7 +228,7 @@ def _is_stationary(model: Model, cost: float, tolerance: float) -> bool:
     """Whether no coordinate can move and lower the cost."""
     slopes = abs(model.gradient)
     movable = np.where(model.gradient > 0, model.low < 0, model.high > 0)
-    steep = slopes > tolerance * np.sqrt(model.columns * cost)
+    steep = slopes > tolerance * math.sqrt(cost) * np.sqrt(model.columns)
     return not (movable & steep).any()
 
 
