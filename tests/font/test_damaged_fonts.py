@@ -14,6 +14,7 @@ from io import BytesIO
 from pathlib import Path
 
 import fonts
+import formats
 import numpy as np
 import pytest
 import torch
@@ -220,6 +221,7 @@ def test_a_font_cut_anywhere_is_refused(name, pack):
 def use_everything(data: bytes, rng: random.Random) -> None:
     font = vf.load_font(data)
     w = np.full(len(font.axes), 0.5)
+    font.metrics(w), font.describe()
     for name in rng.sample(font.glyph_names, min(len(font.glyph_names), 8)):
         glyph = font.glyph(name)
         glyph.points(w), glyph.jacobian(w), glyph.side_bearings(w)
@@ -227,10 +229,15 @@ def use_everything(data: bytes, rng: random.Random) -> None:
     text.points(), text.jacobian(), repr((font, text, font.instances, font.bounds))
 
 
-@pytest.mark.parametrize("case", fonts.CASES)
+BUILDERS = fonts.CASES | formats.VARIABLE
+BUILDERS |= {b.__name__: b for b in (formats.varc, formats.avar_2, formats.with_mvar)}
+
+
+@pytest.mark.parametrize("case", BUILDERS)
+@pytest.mark.filterwarnings("ignore::vfwidget.FontWarning")
 def test_damaged_bytes_raise_no_other_error(case, caplog):
     caplog.set_level(logging.CRITICAL, "fontTools")
-    good = fonts.CASES[case]()
+    good = BUILDERS[case]()
     rng = random.Random(case)
     refused = 0
     for _ in range(25):

@@ -212,6 +212,18 @@ def test_damaged_charstrings(programs, message):
         font.glyph("a")
 
 
+@pytest.mark.parametrize("at", ["global subroutines", "charstrings"])
+def test_a_list_longer_than_its_table_is_refused_before_it_is_unpacked(at):
+    data = bytearray(formats.cff2_with_subroutines())
+    table = fonts.open_font(bytes(data)).reader.tables["CFF2"].offset
+    start = table + data[table + 2] + int.from_bytes(data[table + 3 : table + 5], "big")
+    if at == "charstrings":
+        start = table + fonts.open_font(bytes(data))["CFF2"].cff[0].rawDict["CharStrings"]
+    data[start : start + 5] = b"\x7f\xff\xff\xff\0"
+    with pytest.raises(vf.FontError, match="CFF2 table is damaged: it states a list of 2147483647"):
+        vf.load_font(bytes(data))
+
+
 # Glyphs that would take too much memory
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from fontTools.cffLib import TopDictDecompiler
 from fontTools.encodings.StandardEncoding import StandardEncoding
 from fontTools.misc.psCharStrings import T2OutlineExtractor
 from fontTools.ttLib import TTFont
@@ -42,6 +43,8 @@ class CffReader:
 
     def __init__(self, font: TTFont, axis_count: int) -> None:
         self._varies = "CFF2" in font
+        if self._varies:
+            _check_indexes(font.reader["CFF2"])
         cff = font["CFF2" if self._varies else "CFF "].cff
         self._strings = cff[0].CharStrings
         store = getattr(getattr(self._strings, "varStore", None), "otVarStore", None)
@@ -146,6 +149,8 @@ class _Extractor(T2OutlineExtractor):
 
     def __init__(self, string: Any, path: _Path, store: VariationStore, varies: bool) -> None:
         private = string.private
+        if varies and "Subrs" in private.rawDict:
+            _check_index(private.file.getvalue(), private.offset + private.rawDict["Subrs"])
         self.path, self.store, self.varies = path, store, varies
         self.accent: list[Any] | None = None
         self.depth = 0
@@ -245,6 +250,25 @@ class _Extractor(T2OutlineExtractor):
     def _error(self, problem: str) -> FontError:
         table = "CFF2" if self.varies else "CFF"
         return FontError(f"Glyph {self.path.name!r} of the {table} table is damaged: {problem}.")
+
+
+def _check_indexes(data: bytes) -> None:
+    """See that the lists of a CFF2 table are no longer than the table, before they are unpacked."""
+    start, size = data[2], int.from_bytes(data[3:5], "big")
+    top = TopDictDecompiler(None)
+    top.decompile(data[start : start + size])
+    stated = top.getDict()
+    places = [start + size, *(stated.get(name) for name in ("CharStrings", "FDArray"))]
+    for at in places:
+        if at is not None:
+            _check_index(data, at)
+
+
+def _check_index(data: bytes, at: int) -> None:
+    """An INDEX of CFF2 has a count of four bytes, which could ask for billions of items."""
+    count = int.from_bytes(data[at : at + 4], "big")
+    if count and (data[at + 4 : at + 5] < b"\1" or count > len(data) - at):
+        raise FontError(f"The CFF2 table is damaged: it states a list of {count} items.")
 
 
 def _sum(numbers: list[Any]) -> Any:

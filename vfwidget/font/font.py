@@ -31,7 +31,7 @@ from .reader import GlyphReader
 from .settings import Settings, read_conditions
 from .shaping import ShapedRow, Shaper
 from .shaping_options import ShapingOptions, check_options
-from .source import FontSource, font_bytes, open_font, reason
+from .source import FontSource, damage, font_bytes, open_font
 
 if TYPE_CHECKING:
     import torch
@@ -90,13 +90,8 @@ class Font(DesignSpace):
 
     def __init__(self, ttfont: TTFont, index: int = 0, static: bool = False) -> None:
         self._index, self._static = index, static
-        try:
+        with damage("The font file is damaged or truncated"):
             self._read(ttfont, static)
-        except FontError:
-            raise
-        except Exception as error:
-            # fontTools meets damaged tables with any exception at all.
-            raise FontError(f"The font file is damaged or truncated ({reason(error)}).") from error
         self._ttfont = ttfont
         self._glyphs = GlyphCache()
         # fontTools reads a table when it is first asked for, which only one thread may do at a
@@ -144,7 +139,7 @@ class Font(DesignSpace):
 
     @cached_property
     def _metrics(self) -> dict[str, Varying]:
-        with self._reading:
+        with self._reading, damage("The tables of the font's metrics are damaged"):
             found = read_metrics(self._ttfont, len(self.axes))
         return {name: self.over_axes(metric) for name, metric in found.items()}
 
@@ -203,7 +198,7 @@ class Font(DesignSpace):
 
         It prints as text, and a notebook shows it as HTML.
         """
-        with self._reading:
+        with self._reading, damage("The font file is damaged"):
             return describe(self, self._ttfont)
 
     def axis_effect(self, key: str | int) -> dict[str, float]:
@@ -251,13 +246,9 @@ class Font(DesignSpace):
         return glyph
 
     def _read_glyph(self, name: str) -> Glyph:
-        try:
+        with damage(f"The data of glyph {name!r} are damaged"):
             glyph = self._reader.read(name)
             return glyph.over(self._displacement) if self._displacement else glyph
-        except FontError:
-            raise
-        except Exception as error:
-            raise FontError(f"The data of glyph {name!r} are damaged ({reason(error)}).") from error
 
     def __len__(self) -> int:
         """The number of glyphs."""
@@ -296,7 +287,7 @@ class Font(DesignSpace):
     @cached_property
     def positioning_support(self) -> Array:
         """Regions over which anchors and kerning may vary: start, peak and end, (m, n, 3)."""
-        with self._reading:
+        with self._reading, damage("The GDEF table is damaged"):
             return read_positioning_regions(self._ttfont, len(self.axes))
 
     @property
@@ -306,7 +297,7 @@ class Font(DesignSpace):
 
     @cached_property
     def _conditions(self) -> tuple[IntArray, IntArray]:
-        with self._reading:
+        with self._reading, damage("The GSUB or GPOS table is damaged"):
             return read_conditions(self._ttfont)
 
     def shaping_options(self, **options: Any) -> ShapingOptions:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import io
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
 from typing import TypeAlias
 
 from fontTools.ttLib import TTFont
 
-from ..errors import FontError
+from ..errors import FontError, VFWidgetError
 from ..limits import limits
 from .download import SCHEMES, download
 from .unpack import check_unpacked_size
@@ -127,3 +129,17 @@ def _read(source: str | os.PathLike[str]) -> bytes:
 def reason(error: Exception) -> str:
     """An exception in words: its class, and its message if it has one."""
     return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+
+
+@contextmanager
+def damage(problem: str) -> Iterator[None]:
+    """Turn any exception of a parser into a :class:`FontError` that states the problem.
+
+    fontTools meets damaged tables with any exception at all.
+    """
+    try:
+        yield
+    except VFWidgetError:
+        raise
+    except Exception as error:
+        raise FontError(f"{problem} ({reason(error)}).") from error
