@@ -124,12 +124,20 @@ def test_a_term_without_a_value_elsewhere_does_not_spoil_the_first_result(
     assert found.misses[0] == pytest.approx(15, abs=0.1)
 
 
-@pytest.mark.parametrize("weight", [1e-7, 1e-12, 1e-300])
+@pytest.mark.parametrize("weight", [1e-7, 1e-12, 1e-100])
 def test_a_small_weight_alone_changes_nothing(
     text: vf.Text, handle: vf.Handle, weight: float
 ) -> None:
     goal = text.position(handle) + torch.tensor([20.0, 0.0])
     assert vf.solve(text, vf.Target(handle, goal, weight=weight)).misses[0] < 0.5
+
+
+@pytest.mark.parametrize("weight", [1e-300, 1e300])
+def test_a_weight_beyond_the_range_of_squares_is_refused(
+    text: vf.Text, handle: vf.Handle, weight: float
+) -> None:
+    with pytest.raises(vf.SolveError, match="A weight must be between"):
+        vf.solve(text, vf.Target(handle, (0, 0), weight=weight))
 
 
 @pytest.mark.parametrize("weight", [np.float32(2), np.int64(2)])

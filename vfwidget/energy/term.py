@@ -32,6 +32,10 @@ MET = 0.5
 """Font units: a goal that is missed by no more than this counts as met."""
 
 
+LEAST_WEIGHT, MOST_WEIGHT = 1e-200, 1e200
+"""Beyond these weights the squares of a solve leave the range of floating-point numbers."""
+
+
 class Term:
     """One sum of squares in an energy; subclass it to write a new one.
 
@@ -212,5 +216,9 @@ class TermResult:
 def _check_numbers(weight: Any, tolerance: Any) -> None:
     if not (is_number(weight) and 0 < weight < math.inf):
         raise SolveError(f"A weight is a finite number > 0, not {weight!r}.")
+    if not LEAST_WEIGHT <= float(weight) <= MOST_WEIGHT:
+        raise SolveError(
+            f"A weight must be between {LEAST_WEIGHT:g} and {MOST_WEIGHT:g}; received {weight!r}."
+        )
     if tolerance is not None and not (is_number(tolerance) and 0 <= tolerance < math.inf):
         raise SolveError(f"A tolerance is None or a finite number ≥ 0, not {tolerance!r}.")

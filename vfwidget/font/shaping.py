@@ -105,12 +105,10 @@ class Shaper:
         Raises
         ------
         TextError
-            ``string`` is no string, is empty, or has invisible characters only.
+            ``string`` is empty, or has invisible characters only.
         GlyphError
             The font has no glyph for a character.
         """
-        if not isinstance(string, str):
-            raise TextError(f"A text has to be a string; received {type(string).__name__}.")
         infos, positions, lines, rtl = [], [], [], []
         with self._lock:
             self._go_to(w)

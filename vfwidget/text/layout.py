@@ -21,7 +21,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -145,12 +144,18 @@ class Layouts:
         return self._fitted[row]
 
 
-_kept: WeakKeyDictionary[Font, Memo[Layouts]] = WeakKeyDictionary()
-
-
 def layouts(font: Font, string: str, options: ShapingOptions) -> Layouts:
-    """The layouts of a string, which are kept as long as the font."""
-    memo = _kept.setdefault(font, Memo())
+    """The layouts of a string, which are kept as long as the font.
+
+    Raises
+    ------
+    TextError
+        ``string`` is no string.
+    """
+    if not isinstance(string, str):
+        raise TextError(f"A text has to be a string; received {type(string).__name__}.")
+    # An attribute of the font: a dictionary of its own would keep the font alive by the layouts.
+    memo: Memo[Layouts] = vars(font).setdefault("_layouts", Memo())
     return memo.get((string, options), lambda: Layouts(font, string, options))
 
 
