@@ -1,6 +1,6 @@
 """Run notebooks and render them as pages that need no kernel: ``python docs/gallery.py site``.
 
-The sliders of an editor work on its page. Outputs that need a kernel are shown as they were after
+The editors work on their pages. Outputs that need a kernel are shown as they were after
 the run. A page loads nothing from the network, because equations are MathML, and figures and views
 are part of the page.
 """
@@ -31,6 +31,7 @@ from pygments.formatters import HtmlFormatter
 from vfwidget.export.page import page, view
 from vfwidget.view.editor import Editor
 from vfwidget.view.exports import PAGE_TRAITS
+from vfwidget.view.snapshot import SNAPSHOT
 
 ROOT = Path(__file__).parents[1]
 STYLE = Path(__file__).with_suffix(".css").read_text(encoding="utf-8")
@@ -125,6 +126,8 @@ class Widgets:
     def settle(self, output: NotebookNode) -> Iterator[NotebookNode]:
         """Yield the outputs that replace one output."""
         data = output.get("data", {})
+        if SNAPSHOT in data.get("text/html", ""):
+            return  # the page has the live view
         if WIDGET_VIEW in data:
             yield from self.show(data[WIDGET_VIEW]["model_id"])
             return
@@ -205,7 +208,7 @@ def build(target: Path, notebooks: Sequence[Path]) -> None:
         after = f"<span>{links[i + 1]} →</span>" if i + 1 < len(links) else "<span></span>"
         around = f'<nav>{before}<a href="index.html">All notebooks</a>{after}</nav>'
         note = (
-            '<p class="note">The sliders work on this page. To drag an outline or run code, open '
+            '<p class="note">The editors work on this page. To run code, open '
             f'<a href="{path.name}" download>the notebook</a> in Jupyter.</p>'
         )
         body = f"{around}\n{note}\n<main>{body_of(run(path))}</main>\n{around}"

@@ -42,6 +42,15 @@ class HarfBuzz:
     def advance(self, glyph_id: int) -> float:
         return self.font.get_glyph_h_advance(glyph_id)
 
+    def glyph_ids(self, string: str) -> list[int]:
+        """The glyphs of a string at the present location, without kerning."""
+        buffer = hb.Buffer()
+        buffer.add_str(string)
+        buffer.flags = hb.BufferFlags.REMOVE_DEFAULT_IGNORABLES
+        buffer.guess_segment_properties()
+        hb.shape(self.font, buffer, {"kern": False})
+        return [info.codepoint for info in buffer.glyph_infos]
+
     def contours(self, glyph_id: int) -> list[np.ndarray]:
         """Cubic segments (s, 4, 2) of each contour; a closing line of no length is left out."""
         self._contours = []

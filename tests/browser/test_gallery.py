@@ -83,6 +83,8 @@ def raise_weight(editor: Any) -> None:
 def test_sliders_move_the_letters(site: Path, page: Any) -> None:
     page.goto((site / "small.html").as_uri())
     editor = page.locator(".vfwidget-editor").first
+    # The picture for saved notebooks has no place where the view is alive.
+    assert page.locator(".vfw-snapshot").count() == 0
     # The last state of the notebook.
     assert editor.locator("input[type=number][data-tag=wght]").input_value() == "500"
     before = outline(editor)

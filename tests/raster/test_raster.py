@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import scan as referee
 import torch
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scan import scan
 from torch.autograd import forward_ad
@@ -501,6 +501,9 @@ def test_gradient_is_the_difference_of_exact_areas():
 @few
 @given(blobs, st.integers(0, 99))
 def test_derivative_is_the_difference_of_exact_areas(segments, seed):
+    # Where a contour lies upon another one, the two sides of the slope differ.
+    shapes = {np.asarray(s).tobytes() for s in segments}
+    assume(len(shapes) == len(segments))
     # On a pixel's border there is no slope to compare, and there round numbers lie.
     segments = [s + np.array([0.1372, 0.2419]) for s in segments]
     rng = np.random.default_rng(seed)

@@ -111,7 +111,7 @@ def resolve_overlaps(
     Examples
     --------
     >>> import vfwidget as vf
-    >>> text = vf.Text("recursive", "NT").at(offsets=[(0, 0), (-150, 0)])
+    >>> text = vf.Text("roboto-flex", "NT").at(offsets=[(0, 0), (-260, 0)])
     >>> solution = vf.resolve_overlaps(text)
     >>> solution.free, vf.overlaps(solution.text)
     (True, [])

@@ -10,12 +10,15 @@ import base64
 import re
 import threading
 import uuid
+import weakref
 from collections.abc import Callable
 from html import escape
 from typing import Any
 
+SNAPSHOT = "vfw-snapshot"
+"""The class of the picture on a page."""
 DELAY = 0.5
-"""Seconds without a change after which the picture is drawn again."""
+"""Seconds from a change until the picture is drawn again, together with what follows it."""
 
 
 class Snapshot:
@@ -45,7 +48,7 @@ class Snapshot:
         title = found[1] if found else ""
         data = base64.b64encode(svg.encode()).decode("ascii")
         html = (
-            f'<div class="vfw-snapshot vfw-snapshot-{self.name}">'
+            f'<div class="{SNAPSHOT} {SNAPSHOT}-{self.name}">'
             f'<img src="data:image/svg+xml;base64,{data}" alt="{title}">'
             f"<p>{title}. Run the cell to edit it.</p></div>"
         )
@@ -58,16 +61,16 @@ class Snapshot:
 
         shell = get_ipython()
         if self._handle is None and shell is not None:
-            # A cell that changes the editor leaves the picture as of its end.
-            shell.events.register("post_run_cell", lambda _: self.update())
+            # A cell that changes the editor leaves the picture as of its end. The shell must not
+            # keep an editor alive that nobody else refers to.
+            update = weakref.WeakMethod(self.update)
+            shell.events.register("post_run_cell", lambda _: (update() or _nothing)())
         self._handle = display(self.bundle(), raw=True, display_id=True)
 
     def expire(self) -> None:
         """Note that the picture is out of date; it is drawn again soon."""
-        if self._handle is None:
+        if self._handle is None or self._timer is not None:
             return
-        if self._timer is not None:
-            self._timer.cancel()
         self._timer = threading.Timer(DELAY, self.update)
         self._timer.daemon = True
         self._timer.start()
@@ -78,3 +81,7 @@ class Snapshot:
         if timer is not None:
             timer.cancel()
             self._handle.update(self.bundle(), raw=True)
+
+
+def _nothing() -> None:
+    """Stand in for a picture that is gone."""
