@@ -30,6 +30,7 @@ from .errors import (
     FontWarning,
     GlyphError,
     ImageError,
+    MotionError,
     OverlapError,
     SolveError,
     TextError,
@@ -37,6 +38,7 @@ from .errors import (
 )
 from .font import Axis, Font, Glyph, NamedInstance, bundled_fonts, load_font
 from .limits import limits
+from .motion.animation import Animation
 from .overlap.artwork import Artwork
 from .overlap.no_overlap import NoOverlap
 from .overlap.overlaps import Overlap, overlaps
@@ -62,6 +64,7 @@ LAZY = {
 """The modules of names that are loaded at their first use."""
 
 __all__ = [
+    "Animation",
     "Area",
     "Artwork",
     "Axis",
@@ -81,6 +84,7 @@ __all__ = [
     "ImageError",
     "Looks",
     "Match",
+    "MotionError",
     "NamedInstance",
     "NoOverlap",
     "Overlap",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from typing import Any
 
 
 class VFWidgetError(ValueError):
@@ -36,6 +37,18 @@ class ImageError(VFWidgetError):
 
 class OverlapError(VFWidgetError):
     """An obstacle or artwork that cannot be read: no area, open, not finite, unsafe SVG."""
+
+
+class MotionError(VFWidgetError):
+    """An animation that cannot be made or go on: wrong shapes, bad time steps, an explosion.
+
+    Attributes
+    ----------
+    animation : Animation or None
+        The frames up to the error, if there are any.
+    """
+
+    animation: Any = None
 
 
 class AxisWarning(UserWarning):

@@ -1,0 +1,76 @@
+"""Animations hold frames, and refuse arrays that are none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vfwidget as vf
+
+
+@pytest.fixture(scope="module")
+def wave():
+    """Three letters whose weight rises, while the second one is lifted."""
+    text = vf.Text("afacad-flux", "abc", shared=False)
+    theta = np.zeros((5, 3, 2))
+    theta[:, 1, 1] = np.linspace(0, 1, 5)
+    offsets = np.zeros((5, 3, 2))
+    offsets[:, 1, 1] = np.linspace(0, 200, 5)
+    return vf.Animation(text, np.linspace(1, 2, 5), theta, offsets)
+
+
+def test_frames_are_texts_at_their_positions(wave) -> None:
+    assert len(wave) == len(list(wave)) == 5
+    last = wave[-1]
+    assert isinstance(last, vf.Text)
+    np.testing.assert_array_equal(last.theta, wave.theta[-1])
+    placed = [(glyph.x, glyph.y) for glyph in last.layout]
+    np.testing.assert_array_equal(wave.positions[-1], placed)
+    assert wave.positions[-1, 1, 1] == 200
+    # The heavier second letter moves the third one.
+    assert abs(wave.positions[-1, 2, 0] - wave.positions[0, 2, 0]) > 1
+    assert wave.duration == 1
+    assert wave.fps == 4
+
+
+def test_a_slice_is_an_animation(wave) -> None:
+    part = wave[1:4]
+    assert isinstance(part, vf.Animation)
+    np.testing.assert_array_equal(part.times, wave.times[1:4])
+    np.testing.assert_array_equal(part.offsets, wave.offsets[1:4])
+    with pytest.raises(vf.MotionError, match="order of time"):
+        wave[::-1]
+    with pytest.raises(vf.MotionError, match="must hold frames"):
+        wave[3:3]
+
+
+def test_an_animation_cannot_be_changed(wave) -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        wave.theta[0] = 1
+
+
+def test_an_energy_and_contours_of_obstacles_are_optional(wave) -> None:
+    assert wave.energy is None
+    assert wave.scenery == ((),) * 5
+    assert not wave.penetration.any()
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"text": "abc"}, "text must be a Text"),
+        ({"times": [0, 0, 1, 2, 3]}, "increasing"),
+        ({"times": []}, "increasing"),
+        ({"times": [0, 1, 2, 3, np.nan]}, "finite"),
+        ({"theta": np.zeros((5, 1, 2))}, r"\(5, 3, 2\)"),
+        ({"theta": np.full((5, 3, 2), np.inf)}, "finite"),
+        ({"offsets": np.zeros((5, 2))}, r"\(5, 3, 2\)"),
+        ({"rotations": "turned"}, r"\(5, 3\)"),
+        ({"energy": [1, 2]}, r"\(5,\)"),
+        ({"scenery": [[]]}, "5 frames"),
+    ],
+)
+def test_wrong_arrays_are_refused(wave, changed, message) -> None:
+    given = {"text": wave.text, "times": wave.times, "theta": wave.theta, **changed}
+    with pytest.raises(vf.MotionError, match=message):
+        vf.Animation(**given)
