@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import pytest
 from fontTools.pens.areaPen import AreaPen
 from fontTools.svgLib.path import parse_path
 
 import vfwidget as vf
-from vfwidget.export.css import to_css
-from vfwidget.export.svg import to_svg
+from vfwidget.export.css import declarations
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -18,7 +18,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 @pytest.mark.parametrize("shared", [True, False])
 def test_the_path_of_the_svg_has_the_ink_of_the_text(shared: bool) -> None:
     text = vf.Text("dynapuff", "hi", axes={"wght": 650}, shared=shared)
-    root = ET.fromstring(to_svg(text))
+    root = ET.fromstring(text.to_svg())
     pen = AreaPen()
     parse_path(root.find(f"{SVG}path").get("d"), pen)  # type: ignore[union-attr]
     x, y = (text.points().numpy()[text.word.contours.segments][..., i] for i in range(2))
@@ -32,20 +32,35 @@ def test_the_path_of_the_svg_has_the_ink_of_the_text(shared: bool) -> None:
 
 def test_names_are_text_and_colours_are_escaped() -> None:
     text = vf.Text("dynapuff", "<&>")
-    root = ET.fromstring(to_svg(text, background='"><script/>', height=100))
+    root = ET.fromstring(text.to_svg(background='"><script/>', height=100))
     assert root.find(f"{SVG}title").text == "<&> in DynaPuff"  # type: ignore[union-attr]
     assert [child.tag for child in root] == [f"{SVG}title", f"{SVG}rect", f"{SVG}path"]
 
 
 def test_a_text_without_ink_is_an_empty_picture() -> None:
-    root = ET.fromstring(to_svg(vf.Text("dynapuff", " ")))
+    root = ET.fromstring(vf.Text("dynapuff", " ").to_svg())
     assert root.find(f"{SVG}path").get("d") == ""  # type: ignore[union-attr]
 
 
 def test_css_sets_every_axis() -> None:
-    assert to_css(vf.Text("dynapuff", "hi", axes={"wght": 612.34567})) == (
+    assert vf.Text("dynapuff", "hi", axes={"wght": 612.34567}).to_css() == (
         'font-family: "DynaPuff";\nfont-variation-settings: "wght" 612.346, "wdth" 100;'
     )
-    css = to_css(vf.Text("dynapuff", "hi", axes=[{"wght": 700}, {}], shared=False))
+    css = vf.Text("dynapuff", "hi", axes=[{"wght": 700}, {}], shared=False).to_css()
     assert '.letter-1 { font-variation-settings: "wght" 700, "wdth" 100; }' in css
     assert '.letter-2 { font-variation-settings: "wght" 400, "wdth" 100; }' in css
+
+
+def test_hostile_names_cannot_leave_the_string_that_they_are_in() -> None:
+    css = declarations('"; } </style><script>\\', {'" ;}': 1.0})
+    assert css == (
+        'font-family: "\\22 ; } \\3c /style\\3e \\3c script\\3e \\5c ";\n'
+        'font-variation-settings: "\\22  ;}" 1;'
+    )
+
+
+def test_a_path_is_written(tmp_path: Path) -> None:
+    text = vf.Text("dynapuff", "hi")
+    for name, write in (("svg", text.to_svg), ("css", text.to_css)):
+        assert write(tmp_path / name) is None
+        assert (tmp_path / name).read_text(encoding="utf-8") == write()

@@ -1,1 +1,1 @@
-"""Export to files that need no kernel."""
+"""Files for other programs, written from plain data: outlines, axis values, times."""

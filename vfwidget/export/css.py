@@ -1,35 +1,44 @@
-"""The axes of a text as CSS."""
+"""Axis values as CSS."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
-
-from ..text import Text
+from collections.abc import Mapping, Sequence
 
 
-def to_css(text: Text) -> str:
-    """Write the declarations that set a text in its font at its axes.
+def declarations(family: str, axes: Mapping[str, float] | Sequence[Mapping[str, float]]) -> str:
+    """Write the declarations that set a text in a font at axis values.
 
     Parameters
     ----------
-    text : Text
-
-    Returns
-    -------
-    str
-        ``font-family`` and ``font-variation-settings``. With an axis vector for each letter there
-        is one rule for each letter, ``.letter-1`` and so on.
+    family : str
+        Name of the font family.
+    axes : mapping of tag to user value, or one for each letter
     """
-    family = f"font-family: {json.dumps(text.font.family_name, ensure_ascii=False)};"
-    if text.shared:
-        return f"{family}\nfont-variation-settings: {_settings(text.axes)};"
+    name = f"font-family: {quoted(family)};"
+    if isinstance(axes, Mapping):
+        return f"{name}\nfont-variation-settings: {settings(axes)};"
     rules = [
-        f".letter-{index} {{ font-variation-settings: {_settings(axes)}; }}"
-        for index, axes in enumerate(text.axes, start=1)
+        f".letter-{index} {{ font-variation-settings: {settings(values)}; }}"
+        for index, values in enumerate(axes, start=1)
     ]
-    return "\n".join([family, *rules])
+    return "\n".join([name, *rules])
 
 
-def _settings(axes: Mapping[str, float]) -> str:
-    return ", ".join(f'"{tag}" {round(value, 4):g}' for tag, value in axes.items())
+def settings(axes: Mapping[str, float]) -> str:
+    """The value of ``font-variation-settings``."""
+    return ", ".join(f"{quoted(tag)} {number(value)}" for tag, value in axes.items())
+
+
+def number(value: float) -> str:
+    """A number with four decimals at most."""
+    return f"{round(value, 4):g}"
+
+
+def quoted(text: str) -> str:
+    """A string in CSS that nothing in the text can end, not even in a style element of HTML."""
+    return f'"{"".join(map(_character, text))}"'
+
+
+def _character(character: str) -> str:
+    plain = character.isprintable() and character not in '"\\<>&'
+    return character if plain else f"\\{ord(character):x} "

@@ -1,45 +1,50 @@
-"""A text as an SVG picture: one path, filled by the nonzero rule."""
+"""Outlines as an SVG picture: one path, filled by the nonzero rule."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 
-from ..arrays import to_array
-from ..text import Text
+from ..arrays import Array
 
 MARGIN = 0.1
-"""Room around the text, in ems."""
+"""Room around the outlines, as a share of the height of the line."""
 
 
-def to_svg(text: Text, *, height: float | None = None, background: str | None = None) -> str:
-    """Draw a text at its axes.
+def picture(
+    contours: Sequence[Array],
+    *,
+    title: str,
+    line: tuple[float, float],
+    height: float | None = None,
+    background: str | None = None,
+) -> str:
+    """Draw closed contours as an SVG document.
 
     Parameters
     ----------
-    text : Text
+    contours : sequence of (s, 4, 2) arrays
+        Cubic segments in font units, y up.
+    title : str
+        Plain text; markup in it is escaped.
+    line : (float, float)
+        Least and greatest y that the picture shows even if no contour reaches them.
     height : float, optional
         Height of the picture in pixels. By default the picture takes the size of its container.
     background : str, optional
         A CSS colour. By default the picture is transparent.
-
-    Returns
-    -------
-    str
-        An SVG document in font units. It has a title, runs no script and refers to nothing.
     """
-    em, font = text.font.units_per_em, text.font
-    outlines = [to_array(contour) * [1, -1] for contour in text.segments()]
-    low = [contour.min((0, 1)) for contour in outlines]
-    high = [contour.max((0, 1)) for contour in outlines]
-    margin = MARGIN * em
+    low = [contour.min((0, 1)) for contour in contours]
+    high = [contour.max((0, 1)) for contour in contours]
+    descender, ascender = line
+    margin = MARGIN * (ascender - descender)
     left = min([0.0, *(x for x, _ in low)]) - margin
     right = max([0.0, *(x for x, _ in high)]) + margin
-    top = min([-font.ascender, *(y for _, y in low)]) - margin
-    bottom = max([-font.descender, *(y for _, y in high)]) + margin
+    top = -max([ascender, *(y for _, y in high)]) - margin
+    bottom = -min([descender, *(y for _, y in low)]) + margin
     wide, tall = right - left, bottom - top
     box = f"{left:.1f} {top:.1f} {wide:.1f} {tall:.1f}"
     size = f' width="{height * wide / tall:.0f}" height="{height:.0f}"' if height else ""
-    title = escape(f"{text.string} in {font.family_name}")
     back = (
         f'<rect x="{left:.1f}" y="{top:.1f}" width="100%" height="100%" '
         f'fill="{escape(background)}"/>'
@@ -48,14 +53,17 @@ def to_svg(text: Text, *, height: float | None = None, background: str | None = 
     )
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}"{size} role="img">'
-        f"<title>{title}</title>{back}"
-        f'<path fill-rule="nonzero" d="{"".join(map(_path, outlines))}"/></svg>'
+        f"<title>{escape(title)}</title>{back}"
+        f'<path fill-rule="nonzero" d="{path_data(contours)}"/></svg>'
     )
 
 
-def _path(contour: object) -> str:
-    """Path data of one contour, (s, 4, 2)."""
-    segments = to_array(contour)
+def path_data(contours: Sequence[Array]) -> str:
+    """Path data of contours (s, 4, 2), with y downwards."""
+    return "".join(_contour(contour * [1, -1]) for contour in contours)
+
+
+def _contour(segments: Array) -> str:
     x, y = segments[0, 0]
     curves = " ".join(
         f"C{a:.1f} {b:.1f} {c:.1f} {d:.1f} {e:.1f} {f:.1f}"

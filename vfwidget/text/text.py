@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from operator import index
 from typing import TYPE_CHECKING, Any
@@ -10,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array, ArrayLike, to_array, to_tensor
-from ..errors import AxisError, GlyphError, TextError
+from ..errors import AxisError, GlyphError
 from ..font import Font, Glyph, load_font
 from .composition import Composition
+from .exports import Exports
 from .handle import Handle
 from .inputs import AxisValues, read_axes, read_length, read_offsets, read_point, read_theta
 from .layout import PlacedGlyph
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ..font.source import FontSource
 
 
-class Text:
+class Text(Exports):
     r"""A line of text at one place of its font's design space; it is immutable.
 
     Parameters
@@ -293,25 +293,6 @@ class Text:
         """Width of the text, in font units: that of its longest line."""
         ends = self.positions(self.word.ends, self._theta)
         return float((ends - self._offsets[self.word.ends.letter])[:, 0].max())
-
-    def to_font(self, path: str | os.PathLike[str] | None = None, name: str | None = None) -> Font:
-        """The text's glyphs at its location as a static font; ``path`` writes it to a file, too.
-
-        ``name`` is its family name; by default the parent's, followed by the axis values.
-
-        Raises
-        ------
-        TextError
-            The letters have axis values of their own.
-        FontError
-            fontTools cannot make the instance.
-        """
-        if not self.shared:
-            raise TextError("to_font needs one location for all letters; use shared=True.")
-        font = self.font.instance(self.axes, name, self.string)
-        if path is not None:
-            font.save(path)
-        return font
 
     def handle(self, glyph: int = 0, contour: int = 0, segment: int = 0, t: float = 0.0) -> Handle:
         """A point of the outline, by where it lies on it.

@@ -18,7 +18,6 @@ import anywidget
 import traitlets
 
 from ..errors import SolveError, TextError, VFWidgetError
-from ..export.svg import to_svg
 from ..font import Font
 from ..font.source import FontSource
 from ..text import AxisValues, Text
@@ -150,7 +149,7 @@ class Editor(Exports, anywidget.AnyWidget):
         self._drags = Drags(text)
         self._on_release: list[Callable[[Editor], object]] = []
         self._picture = Snapshot(
-            lambda: to_svg(self.text, height=SNAPSHOT_HEIGHT, background="white")
+            lambda: self.text.to_svg(height=SNAPSHOT_HEIGHT, background="white")
         )
         with self._adoption():
             super().__init__(

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any, overload
 
-from ..export.css import to_css
+from ..export.files import written
 from ..export.page import page, view
-from ..export.svg import to_svg
 from .bundle import PAGE_STYLE
 
 PAGE_TRAITS = ("_word", "axes", "shared", "_pins", "locks", "constraints", "height", "theme")
@@ -45,17 +43,14 @@ class Exports:
         """
         with self._lock:
             body = view(self.get_state(PAGE_TRAITS))
-            title = f"{self.text.string} in {self.text.font.family_name}"
+            title = self.text.title
         made = page(title, body, self._esm, self._css + PAGE_STYLE)
-        if path is None:
-            return made
-        Path(path).write_text(made, encoding="utf-8")
-        return None
+        return written(made, path)
 
-    def to_svg(self) -> str:
-        """Draw the word as it stands, as an SVG document."""
-        return to_svg(self.text)
+    def to_svg(self, path: str | os.PathLike[str] | None = None) -> str | None:
+        """As :meth:`Text.to_svg`, for the word as it stands."""
+        return self.text.to_svg(path)
 
-    def to_css(self) -> str:
-        """Write the CSS declarations that set the word in its font at the present axes."""
-        return to_css(self.text)
+    def to_css(self, path: str | os.PathLike[str] | None = None) -> str | None:
+        """As :meth:`Text.to_css`, for the word at the present axes."""
+        return self.text.to_css(path)

@@ -8,7 +8,7 @@ const PNG_HEIGHT = 1000;
 
 const rounded = (/** @type {number} */ value) => Math.round(value * 1e4) / 1e4;
 
-/** As `vfwidget.export.css`. @param {Session} session */
+/** As `Text.to_css`. @param {Session} session */
 export function css({ axes, word }) {
   const settings = (/** @type {Record<string, number>} */ values) =>
     Object.entries(values).map(([tag, value]) => `"${tag}" ${rounded(value)}`).join(", ");
@@ -22,7 +22,7 @@ export function python({ axes }) {
   return `axes = ${JSON.stringify(axes, (_, value) => (typeof value === "number" ? rounded(value) : value))}`;
 }
 
-/** An SVG document, as `vfwidget.export.svg`. @param {Layout} layout */
+/** An SVG document, as `Text.to_svg`. @param {Layout} layout */
 export function svg(layout) {
   const { x, y, width, height } = windowFor(layout), { string, family } = layout.word;
   const title = `${string} in ${family}`.replace(/[&<>]/g, (c) => `&#${c.charCodeAt(0)};`);

@@ -1,0 +1,110 @@
+"""What a text can be written as: an SVG picture, CSS, a static font."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, overload
+
+from ..arrays import to_array
+from ..errors import TextError
+from ..export.css import declarations
+from ..export.files import written
+from ..export.svg import picture
+from ..font import Font
+from .composition import Composition
+
+
+class Exports:
+    """Methods of :class:`Text` that write it, as it stands, in other formats."""
+
+    composition: Composition
+    axes: Any
+    segments: Any
+
+    @overload
+    def to_svg(self, *, height: float | None = ..., background: str | None = ...) -> str: ...
+    @overload
+    def to_svg(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        height: float | None = ...,
+        background: str | None = ...,
+    ) -> None: ...
+    def to_svg(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        height: float | None = None,
+        background: str | None = None,
+    ) -> str | None:
+        """Draw the text as an SVG document in font units.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            The file to write. Without it, the document is returned.
+        height : float, optional
+            Height of the picture in pixels. By default the picture takes the size of its container.
+        background : str, optional
+            A CSS colour. By default the picture is transparent.
+
+        Returns
+        -------
+        str or None
+            One path for the whole text, filled by the nonzero rule. The document has a title, runs
+            no script and refers to nothing.
+        """
+        font = self.composition.font
+        drawn = picture(
+            [to_array(contour) for contour in self.segments()],
+            title=self.title,
+            line=(font.descender, font.ascender),
+            height=height,
+            background=background,
+        )
+        return written(drawn, path)
+
+    @overload
+    def to_css(self) -> str: ...
+    @overload
+    def to_css(self, path: str | os.PathLike[str]) -> None: ...
+    def to_css(self, path: str | os.PathLike[str] | None = None) -> str | None:
+        """Write the CSS declarations that set the text in its font at its axes.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            The file to write. Without it, the declarations are returned.
+
+        Returns
+        -------
+        str or None
+            ``font-family`` and ``font-variation-settings``. With an axis vector for each letter
+            there is one rule for each letter, ``.letter-1`` and so on.
+        """
+        return written(declarations(self.composition.font.family_name, self.axes), path)
+
+    def to_font(self, path: str | os.PathLike[str] | None = None, name: str | None = None) -> Font:
+        """The text's glyphs at its location as a static font; ``path`` writes it to a file, too.
+
+        ``name`` is its family name; by default the parent's, followed by the axis values.
+
+        Raises
+        ------
+        TextError
+            The letters have axis values of their own.
+        FontError
+            fontTools cannot make the instance.
+        """
+        if not self.composition.shared:
+            raise TextError("to_font needs one location for all letters; use shared=True.")
+        font = self.composition.font.instance(self.axes, name, self.composition.string)
+        if path is not None:
+            font.save(path)
+        return font
+
+    @property
+    def title(self) -> str:
+        """The string and the name of the font, for a heading or an alternative text."""
+        return f"{self.composition.string} in {self.composition.font.family_name}"
