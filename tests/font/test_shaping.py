@@ -122,7 +122,7 @@ def test_bad_strings_are_refused() -> None:
         with pytest.raises(TextError, match="no visible character"):
             names(font, string)
     with pytest.raises(TextError, match="has to be a string; received bytes"):
-        names(font, b"ab")
+        vf.Text(font, b"ab")
     with pytest.raises(GlyphError, match=r"'\\t' \(U\+0009\)"):
         names(font, "a\tb")
 
