@@ -17,6 +17,7 @@ LONG = {
     "02-normalization",
     "03-support-functions-and-delta-sets",
     "07-least-squares-in-axis-space",
+    "08-direct-manipulation",
     "09-collisions",
     "11-raster-font-matching",
 }
