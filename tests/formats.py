@@ -10,6 +10,7 @@ from typing import Any
 import fonts
 import numpy as np
 import pytest
+from fontTools.colorLib import builder as colorLib
 from fontTools.fontBuilder import FontBuilder
 from fontTools.misc.psCharStrings import T2CharString
 from fontTools.misc.vector import Vector
@@ -244,24 +245,25 @@ def beyond_64k() -> bytes:
     return extended(fonts.nested_components())
 
 
+def add_avar_2(builder: FontBuilder, store: bool = True) -> None:
+    """Let weight displace width by -0.5."""
+    avar = builder.font["avar"] = newTable("avar")
+    avar.majorVersion, avar.segments = 2, {"wght": {}, "wdth": {}}
+    avar.table = otTables.avar()
+    avar.table.VarIdxMap = avar.table.VarStore = None
+    if store:
+        rows = varLib_builder.buildVarData([0], [[0], [-8192]], optimize=False)
+        regions = varLib_builder.buildVarRegionList([fonts.BOLD], ["wght", "wdth"])
+        avar.table.VarStore = varLib_builder.buildVarStore(regions, [rows])
+
+
 def avar_2(store: bool = True) -> bytes:
     """Weight displaces width by -0.5, and takes the glyphs to a kink of width at the default."""
-
-    def add(builder: FontBuilder) -> None:
-        avar = builder.font["avar"] = newTable("avar")
-        avar.majorVersion, avar.segments = 2, {"wght": {}, "wdth": {}}
-        avar.table = otTables.avar()
-        avar.table.VarIdxMap = avar.table.VarStore = None
-        if store:
-            rows = varLib_builder.buildVarData([0], [[0], [-8192]], optimize=False)
-            regions = varLib_builder.buildVarRegionList([fonts.BOLD], ["wght", "wdth"])
-            avar.table.VarStore = varLib_builder.buildVarStore(regions, [rows])
-
     glyphs, deltas = fonts.base_glyphs()
     narrow = [(-30, 3), (-20, 0), (0, 9), (50, 0)]
     deltas["a"] += [(fonts.WIDE, [(x, x) for x, _ in narrow] + fonts.STILL)]
     deltas["a"] += [({"wdth": (-1, -1, 0)}, [*narrow, (0, 0), (-90, 0), (0, 0), (0, 0)])]
-    return fonts.build(glyphs, deltas, edit=add)
+    return fonts.build(glyphs, deltas, edit=lambda builder: add_avar_2(builder, store))
 
 
 def row_store(rows: Sequence[Sequence[int]]) -> Any:
@@ -305,6 +307,92 @@ def with_vertical_metrics(vvar: bool) -> bytes:
     moved = [*[(0, 0)] * 4, (0, 0), (0, 0), (0, 40), (0, -60)]
     deltas["a"] += [(fonts.BOLD, moved)]
     return fonts.build(glyphs, deltas, edit=add)
+
+
+PALETTES = [[(1, 0, 0, 1), (0, 0, 1, 0.5)], [(0, 1, 0, 1), (1, 1, 1, 1)]]
+
+
+def coloured(edit: Callable[[FontBuilder], None] = lambda _: None) -> bytes:
+    """Glyph "a" has one layer for each kind of paint, and numbers that vary.
+
+    "c" is a composition that is not drawn as the font asks, and "d" paints itself without end.
+    """
+    first = iter(range(0, 1000, 8))
+
+    def varying(form: int, **fields: Any) -> dict[str, Any]:
+        return {"Format": form, "VarIndexBase": next(first), **fields}
+
+    def line(extend: str) -> dict[str, Any]:
+        stops = [(0.25, 0, 1.0), (0.75, 1, 0.5)]
+        return {
+            "Extend": extend,
+            "ColorStop": [
+                {"StopOffset": o, "PaletteIndex": i, "Alpha": a, "VarIndexBase": next(first)}
+                for o, i, a in stops
+            ],
+        }
+
+    def inside(paint: dict[str, Any]) -> dict[str, Any]:
+        return {"Format": F.PaintGlyph, "Glyph": "a", "Paint": paint}
+
+    F = otTables.PaintFormat
+    solid = {"Format": F.PaintSolid, "PaletteIndex": 0xFFFF, "Alpha": 1.0}
+    linear = dict(x0=0, y0=0, x1=300, y1=0, x2=30, y2=300)
+    radial = dict(x0=0, y0=0, r0=20, x1=100, y1=50, r1=300)
+    sweep = dict(centerX=100, centerY=100, startAngle=30, endAngle=200)
+    matrix = dict(xx=1.0, yx=0.25, xy=-0.5, yy=1.0, dx=10.0, dy=0.0)
+    layers = [
+        inside(solid),
+        varying(F.PaintVarTranslate, dx=50, dy=0, Paint=inside(solid)),
+        inside(varying(F.PaintVarLinearGradient, ColorLine=line("pad"), **linear)),
+        {
+            "Format": F.PaintVarTransform,
+            "Transform": {"VarIndexBase": next(first), **matrix},
+            "Paint": inside(varying(F.PaintVarRadialGradient, ColorLine=line("reflect"), **radial)),
+        },
+        varying(
+            F.PaintVarRotateAroundCenter,
+            angle=30.0,
+            centerX=100,
+            centerY=100,
+            Paint=inside(varying(F.PaintVarSweepGradient, ColorLine=line("repeat"), **sweep)),
+        ),
+    ]
+    composite = {
+        "Format": F.PaintComposite,
+        "CompositeMode": "xor",
+        "SourcePaint": inside(solid),
+        "BackdropPaint": inside(solid),
+    }
+    glyphs: dict[str, Any] = {
+        "a": {"Format": F.PaintColrLayers, "Layers": layers},
+        "c": composite,
+        "d": {"Format": F.PaintColrGlyph, "Glyph": "d"},
+    }
+
+    def add(builder: FontBuilder) -> None:
+        rows = [
+            [(7 * i + 3 * j) % 41 - 20 for j in range(len(REGIONS))] for i in range(next(first))
+        ]
+        store = row_store([[40 * delta for delta in row] for row in rows])
+        order = builder.font.getReverseGlyphMap()
+        builder.font["COLR"] = colorLib.buildCOLR(glyphs, version=1, glyphMap=order, varStore=store)
+        builder.font["CPAL"] = colorLib.buildCPAL(PALETTES)
+        edit(builder)
+
+    shapes, deltas = fonts.base_glyphs()
+    shapes |= {name: fonts.outline([(0, 0), (0, 90), (90, 90)]) for name in "cd"}
+    return fonts.build(shapes, deltas, edit=add)
+
+
+def flat_colours() -> bytes:
+    """COLR version 0: glyph "b" has two layers of one colour each."""
+
+    def add(builder: FontBuilder) -> None:
+        builder.setupCOLR({"b": [("a", 1), ("b", 0xFFFF)]}, version=0)
+        builder.setupCPAL(PALETTES)
+
+    return fonts.build(*fonts.base_glyphs(), edit=add)
 
 
 def static_truetype() -> bytes:

@@ -1,4 +1,4 @@
-"""Outlines as an SVG picture: one path, filled by the nonzero rule."""
+"""Outlines as an SVG picture: one path for each fill, filled by the nonzero rule."""
 
 from __future__ import annotations
 
@@ -6,34 +6,40 @@ from collections.abc import Sequence
 from html import escape
 
 from ..arrays import Array
+from ..outline.paint import Palette, Shape
+from .paint import filled
 
 MARGIN = 0.1
 """Room around the outlines, as a share of the height of the line."""
 
 
 def picture(
-    contours: Sequence[Array],
+    shapes: Sequence[Shape],
     *,
     title: str,
     line: tuple[float, float],
+    palette: Palette = (),
     height: float | None = None,
     background: str | None = None,
 ) -> str:
-    """Draw closed contours as an SVG document.
+    """Draw shapes as an SVG document.
 
     Parameters
     ----------
-    contours : sequence of (s, 4, 2) arrays
-        Cubic segments in font units, y up.
+    shapes : sequence of Shape
+        From back to front, in font units, y up.
     title : str
         Plain text; markup in it is escaped.
     line : (float, float)
         Least and greatest y that the picture shows even if no contour reaches them.
+    palette : palette, optional
+        The colours that paints refer to.
     height : float, optional
         Height of the picture in pixels. By default the picture takes the size of its container.
     background : str, optional
         A CSS colour. By default the picture is transparent.
     """
+    contours = [contour for shape in shapes for contour in shape.contours]
     low = [contour.min((0, 1)) for contour in contours]
     high = [contour.max((0, 1)) for contour in contours]
     descender, ascender = line
@@ -54,8 +60,15 @@ def picture(
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}"{size} role="img">'
         f"<title>{escape(title)}</title>{back}"
-        f'<path fill-rule="nonzero" d="{path_data(contours)}"/></svg>'
+        f"{''.join(_drawn(shape, palette, f'paint-{i}') for i, shape in enumerate(shapes))}</svg>"
     )
+
+
+def _drawn(shape: Shape, palette: Palette, name: str) -> str:
+    data = path_data(shape.contours)
+    if shape.fill is None:
+        return f'<path fill-rule="nonzero" d="{data}"/>'
+    return filled(data, shape.contours, shape.fill, palette, name)
 
 
 def path_data(contours: Sequence[Array]) -> str:

@@ -21,12 +21,13 @@ READ = {
     **dict.fromkeys(("MVAR", "OS/2", "post"), "metrics of the font"),
     **dict.fromkeys(("GDEF", "GSUB", "GPOS", "kern", "morx", "kerx"), "shaping"),
     **dict.fromkeys(("head", "maxp", "MAXP", "cmap", "name"), "general data"),
+    **dict.fromkeys(("COLR", "CPAL"), "colour glyphs"),
     "VARC": "components with axes of their own",
 }
 """What is read of each table."""
 LEFT_ASIDE = {
     **dict.fromkeys(("cvt ", "fpgm", "prep", "gasp", "cvar", "VDMX", "hdmx", "LTSH"), "hinting"),
-    **dict.fromkeys(("COLR", "CPAL", "SVG ", "sbix", "CBDT", "CBLC"), "colours are not drawn"),
+    **dict.fromkeys(("SVG ", "sbix", "CBDT", "CBLC"), "pictures cannot vary"),
     **dict.fromkeys(("EBDT", "EBLC", "EBSC", "bdat", "bloc"), "bitmaps cannot vary"),
     **dict.fromkeys(("STAT", "meta", "DSIG", "PCLT"), "not needed to draw"),
     **dict.fromkeys(("VORG", "BASE", "JSTF", "MATH"), "layout that texts here do not have"),

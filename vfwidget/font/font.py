@@ -22,6 +22,7 @@ from . import names
 from .avar import read_displacement
 from .axes import NamedInstance
 from .cache import GlyphCache
+from .colour import read_palettes
 from .describe import Description, describe
 from .design_space import DesignSpace
 from .font_metrics import read_metrics
@@ -86,6 +87,9 @@ class Font(DesignSpace):
         Of ``hhea``, in font units.
     glyph_names : tuple of str
         In order of glyph id.
+    palettes : tuple of palettes
+        Each is a tuple of colours: red, green, blue and alpha from 0 to 1. Empty if the font has
+        no colour glyphs.
     """
 
     def __init__(self, ttfont: TTFont, index: int = 0, static: bool = False) -> None:
@@ -121,6 +125,7 @@ class Font(DesignSpace):
         self.ascender: int = header.ascent
         self.descender: int = header.descent
         self.glyph_names = tuple(ttfont.getGlyphOrder())
+        self.palettes = read_palettes(ttfont)
         self._cmap: dict[int, str] = (ttfont.getBestCmap() if "cmap" in ttfont else None) or {}
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -9,6 +9,7 @@ from ..errors import FontError
 from ..outline.glyph import Glyph
 from ..outline.varying import Affine, Varying
 from .cff import CffReader
+from .colour import ColourReader
 from .glyf import GlyfReader
 from .metrics import Advances
 from .varc import VarcReader
@@ -49,15 +50,23 @@ class GlyphReader:
         self._widths = Advances(font, axis_count)
         vertical = "vmtx" in font or "VMTX" in font
         self._heights = Advances(font, axis_count, vertical=True) if vertical else None
+        self._colours = ColourReader(font, axis_count, self._draw) if "COLR" in font else None
 
     def read(self, name: str) -> Glyph:
-        """Unpack one glyph.
+        """Unpack one glyph with its colours.
 
         Raises
         ------
         FontError
             The glyph's data are damaged.
         """
+        glyph = self._draw(name)
+        if self._colours:
+            glyph.layers = self._colours.read(name)
+        return glyph
+
+    def _draw(self, name: str) -> Glyph:
+        """A glyph without its colours."""
         glyph_id: int = self._font.getGlyphID(name)
         drawn = self._outlines.read(name)
         width = Affine(*self._widths.read(name, glyph_id, drawn.width, drawn.support))

@@ -19,7 +19,7 @@ from fontTools.ttLib.tables.otTables import VAR_TRANSFORM_MAPPING, VarComponentF
 from ..arrays import Array, like, namespace
 from ..errors import FontError
 from ..outline.composed import Composed, Coordinates, Displaced
-from ..outline.placed import Joined, Placed, Replaced, Shown
+from ..outline.placed import Joined, Placed, Replaced, Shown, Transformation
 from ..outline.varying import Affine, Varying, constant
 from .glyf import MAX_COMPONENT_DEPTH, MAX_COMPONENTS
 from .unpacked import Unpacked
@@ -95,7 +95,7 @@ class VarcReader:
         return Replaced(base, axes, Composed(Affine(values, deltas / F2DOT14, support), here))
 
     def transformation(self, component: Any, here: Coordinates) -> Varying:
-        """A component's nine parameters."""
+        """How a component is placed, as a matrix (2, 3)."""
         stated = [bool(component.flags & part.flag) for part in VAR_TRANSFORM_MAPPING.values()]
         base, units = np.zeros(9), np.zeros(9)
         for i, (name, part) in enumerate(VAR_TRANSFORM_MAPPING.items()):
@@ -109,7 +109,7 @@ class VarcReader:
         if not stated[4]:
             # Without a scale in y the one in x serves both.
             deltas[4] = deltas[3]
-        return Composed(Affine(base, deltas, support), here)
+        return Transformation(Composed(Affine(base, deltas, support), here))
 
     def condition(self, component: Any, here: Coordinates) -> Callable[[Any], Any] | None:
         """When a component is drawn: None for always, else a function that gives 1 or 0."""

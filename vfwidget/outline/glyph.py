@@ -13,6 +13,7 @@ from .composed import Composed, Coordinates
 from .contours import Contours
 from .coordinates import check_coordinates
 from .cubics import x_extent
+from .paint import Paint
 from .varying import Affine, Varying, constant
 
 if TYPE_CHECKING:
@@ -80,6 +81,8 @@ class Glyph:
         The advance width in the same form. It may be negative; :meth:`advance` never is.
     advance_height : Varying or None
         The advance of vertical text in the same form; None where the font has no vertical metrics.
+    layers : tuple of Layer
+        What a colour glyph paints, from back to front. Empty for other glyphs.
 
     Raises
     ------
@@ -105,6 +108,7 @@ class Glyph:
     outline: Varying
     advance_width: Varying
     advance_height: Varying | None = None
+    layers: tuple[Layer, ...] = ()
 
     def __init__(
         self,
@@ -193,7 +197,8 @@ class Glyph:
     @property
     def nbytes(self) -> int:
         """Memory of the glyph's arrays, in bytes."""
-        return self.outline.nbytes + self.advance_width.nbytes
+        painted = sum(layer.glyph.nbytes for layer in self.layers)
+        return self.outline.nbytes + self.advance_width.nbytes + painted
 
     @property
     def default(self) -> torch.Tensor:
@@ -280,6 +285,7 @@ class Glyph:
         twin.advance_width = Composed(self.advance_width, coordinates)
         if self.advance_height is not None:
             twin.advance_height = Composed(self.advance_height, coordinates)
+        twin.layers = tuple(layer.over(coordinates) for layer in self.layers)
         return twin
 
     def _check(self, w: ArrayLike) -> torch.Tensor:
@@ -292,6 +298,25 @@ class Glyph:
                 "Use points(w), jacobian(w) and advance(w)."
             )
         return quantity
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One layer of a colour glyph.
+
+    Attributes
+    ----------
+    glyph : Glyph
+        The outline that the paint fills; its advance is that of the glyph it is taken from.
+    paint : Paint
+    """
+
+    glyph: Glyph
+    paint: Paint
+
+    def over(self, coordinates: Coordinates) -> Layer:
+        """The layer as a function of coordinates from which its own follow."""
+        return Layer(self.glyph.over(coordinates), self.paint.over(coordinates))
 
 
 def _read_advance(advance: Any, axis_count: int) -> Affine:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array, BoolArray, IntArray, like, namespace
 from .composed import Coordinates
-from .varying import Varying
+from .varying import Affine, Varying
 
 PARAMETERS = (
     *("translate_x", "translate_y", "rotation", "scale_x", "scale_y", "skew_x", "skew_y"),
@@ -65,58 +65,99 @@ class Replaced(Coordinates):
         return value, slopes * kept[..., None] + spread @ own
 
 
-class Placed(Varying):
-    """An outline under a transformation that varies.
+class Transformation(Varying):
+    """An affine map p ↦ A (p - c) + c + t as the matrix [A | b], (2, 3).
 
-    A point p goes to A (p - c) + c + t with A = rotation · scale · skew.
+    Parameters
+    ----------
+    parameters : Varying
+        Of shape (9,), see :data:`PARAMETERS`. A = rotation · scale · skew.
+    """
+
+    shape = (2, 3)
+
+    def __init__(self, parameters: Varying) -> None:
+        self.parameters = parameters
+
+    @property
+    def breakpoints(self) -> list[Array]:
+        """See :attr:`Varying.breakpoints`."""
+        return self.parameters.breakpoints
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the quantity's arrays, in bytes."""
+        return self.parameters.nbytes
+
+    def value(self, w: Any) -> Any:
+        """See :meth:`Varying.value`."""
+        t = self.parameters.value(w)
+        (matrix,) = _matrices(t)[:1]
+        return _beside(matrix, t[..., 7:9] + t[..., 0:2] - _apply(matrix, t[..., 7:9]))
+
+    def value_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
+        """See :meth:`Varying.value_and_jacobian`."""
+        xp = namespace(w)
+        t, slopes = self.parameters.value_and_jacobian(w, toward)
+        center = t[..., 7:9]
+        matrix, *derivatives = _matrices(t)
+        value = _beside(matrix, center + t[..., 0:2] - _apply(matrix, center))
+        # By each of the nine parameters, (..., 2, 3, 9).
+        none, eye = xp.zeros_like(matrix), like(np.eye(2), w)
+        columns = [_beside(none, none[..., 0] + eye[i]) for i in range(2)]
+        columns += [_beside(part, -_apply(part, center)) for part in derivatives]
+        columns += [_beside(none, (eye - matrix)[..., i]) for i in range(2)]
+        return value, xp.stack(columns, -1) @ slopes[..., None, :, :]
+
+
+class Placed(Varying):
+    """An outline under an affine map that varies.
 
     Parameters
     ----------
     outline : Varying
         Of shape (k, 2).
-    transformation : Varying
-        Of shape (9,); see :data:`PARAMETERS`.
+    matrix : Varying
+        [A | b], of shape (2, 3): a point p goes to A p + b.
     """
 
-    def __init__(self, outline: Varying, transformation: Varying) -> None:
-        self.outline, self.transformation = outline, transformation
+    def __init__(self, outline: Varying, matrix: Varying) -> None:
+        self.outline, self.matrix = outline, matrix
         self.shape = outline.shape
 
     @property
     def breakpoints(self) -> list[Array]:
         """See :attr:`Varying.breakpoints`."""
-        return _union([self.outline, self.transformation])
+        return _union([self.outline, self.matrix])
 
     @property
     def nbytes(self) -> int:
         """Memory of the quantity's arrays, in bytes."""
-        return self.outline.nbytes + self.transformation.nbytes
+        return self.outline.nbytes + self.matrix.nbytes
 
     def value(self, w: Any) -> Any:
         """See :meth:`Varying.value`."""
-        t = self.transformation.value(w)
-        center = t[..., None, 7:9]
-        (matrix,) = _matrices(t)[:1]
-        moved = (self.outline.value(w) - center) @ _transposed(matrix)
-        return moved + center + t[..., None, 0:2]
+        return _moved(self.outline.value(w), self.matrix.value(w))
 
     def value_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
         """See :meth:`Varying.value_and_jacobian`."""
-        xp = namespace(w)
         points, slopes = self.outline.value_and_jacobian(w, toward)
-        t, turns = self.transformation.value_and_jacobian(w, toward)
-        center = t[..., None, 7:9]
-        matrix, *derivatives = _matrices(t)
-        offset = points - center
-        value = offset @ _transposed(matrix) + center + t[..., None, 0:2]
-        # By each of the nine parameters, (..., k, 2, 9).
-        ones = xp.ones_like(offset[..., 0])
-        eye = like(np.eye(2), w)
-        columns = [ones[..., None] * eye[i] for i in range(2)]
-        columns += [offset @ _transposed(derivative) for derivative in derivatives]
-        columns += [ones[..., None] * (eye - matrix)[..., None, :, i] for i in range(2)]
-        jacobian = matrix[..., None, :, :] @ slopes + xp.stack(columns, -1) @ turns[..., None, :, :]
-        return value, jacobian
+        matrix, turns = self.matrix.value_and_jacobian(w, toward)
+        # The map moves a point as much as the point, extended by 1, says: (..., k, 2, n).
+        extended = namespace(w).concatenate([points, 0 * points[..., :1] + 1], -1)
+        own = matrix[..., None, :, :2] @ slopes
+        return _moved(points, matrix), own + (
+            extended[..., None, :, None] * turns[..., None, :, :, :]
+        ).sum(-2)
+
+
+def place(outline: Varying, matrix: Varying) -> Varying:
+    """An outline (k, 2) under a map (2, 3); it stays affine where the map does not vary."""
+    if not (isinstance(matrix, Affine) and isinstance(outline, Affine)) or matrix.deltas.any():
+        return Placed(outline, matrix)
+    linear, shift = matrix.base[:, :2], matrix.base[:, 2]
+    deltas = np.einsum("ij,kjm->kim", linear, outline.deltas)
+    return Affine(outline.base @ linear.T + shift, deltas, outline.support)
 
 
 class Shown(Varying):
@@ -206,8 +247,20 @@ def _matrices(t: Any) -> list[Any]:
     ]
 
 
-def _transposed(matrix: Any) -> Any:
-    return namespace(matrix).swapaxes(matrix, -1, -2)
+def _beside(matrix: Any, shift: Any) -> Any:
+    """[A | b], (..., 2, 3)."""
+    return namespace(matrix).concatenate([matrix, shift[..., None]], -1)
+
+
+def _apply(matrix: Any, vector: Any) -> Any:
+    """A v, (..., 2)."""
+    return (matrix @ vector[..., None])[..., 0]
+
+
+def _moved(points: Any, matrix: Any) -> Any:
+    """Points (..., k, 2) under [A | b]."""
+    linear = namespace(matrix).swapaxes(matrix[..., :2], -1, -2)
+    return points @ linear + matrix[..., None, :, 2]
 
 
 def _union(parts: Sequence[Varying]) -> list[Array]:

@@ -8,11 +8,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ..arrays import ArrayLike, to_tensor
+from ..arrays import Array, ArrayLike, to_array, to_tensor
 from ..errors import ImageError
 from ..limits import limits
 from ..text import Text
+from ..text.colours import palette_of, shapes
 from .autograd import Coverage, check_contours, inner, outer
+from .colours import paint
 from .coverage import fill
 
 BACKENDS = ("exact", "diffvg")
@@ -27,6 +29,7 @@ def rasterize(
     size: tuple[int, int],
     transform: ArrayLike | None = None,
     backend: str = "exact",
+    palette: int | Sequence[ArrayLike] | None = None,
 ) -> Tensor:
     """Anti-aliased coverage of closed cubic contours, filled nonzero; autograd passes.
 
@@ -43,17 +46,24 @@ def rasterize(
     backend : {"exact", "diffvg"}
         Exact area, on the CPU or where the contours are; or diffvg's samples, where ``pydiffvg``
         is installed.
+    palette : int or list of colours, optional
+        Draw a Text with the colours of its glyphs: by the index of a palette of the font, or by
+        colours of red, green, blue and alpha from 0 to 1. By default everything is ink.
 
     Returns
     -------
     (..., H, W) tensor
-        Ink 1, paper 0, in the contours' floating-point type, or float64.
+        Ink 1, paper 0, in the contours' floating-point type, or float64. With a palette: (H, W, 4),
+        red, green, blue and alpha, without a gradient; rasterize the outlines of
+        ``glyph.layers`` for one coverage each, with its gradient.
 
     Raises
     ------
     ImageError
         An image of no pixels or of too many, contours that are not closed or not finite, wrong
-        shapes, an unknown backend, or a diffvg that is not there.
+        shapes, an unknown backend, a diffvg that is not there, or a palette for contours.
+    TextError
+        The font has no such palette.
 
     Notes
     -----
@@ -71,6 +81,12 @@ def rasterize(
     if backend not in BACKENDS:
         raise ImageError(f"There is no backend {backend!r}: choose one of {', '.join(BACKENDS)}.")
     height, width = _check_size(size)
+    if palette is not None:
+        if not isinstance(text_or_segments, Text) or backend != "exact":
+            raise ImageError('A palette needs a Text, and the backend "exact".')
+        placement = frame(text_or_segments, size) if transform is None else transform
+        colours = palette_of(text_or_segments.font, palette)
+        return paint(shapes(text_or_segments), colours, (height, width), _placement(placement))
     points, sizes = _gather(text_or_segments)
     if transform is None and isinstance(text_or_segments, Text):
         transform = frame(text_or_segments, size)
@@ -180,6 +196,14 @@ def _gather(text_or_segments: Text | Contours) -> tuple[Tensor, list[int]]:
     if not contours:
         return torch.zeros(0, 4, 2, dtype=torch.float64), []
     return torch.cat(contours, -3), [contour.shape[-3] for contour in contours]
+
+
+def _placement(transform: ArrayLike) -> Array:
+    """One transform as a (2, 3) array."""
+    eye = torch.eye(2, dtype=torch.float64)
+    corners = torch.stack([0 * eye[0], *eye])[None, None]
+    origin, x, y = to_array(_place(corners, transform)).reshape(3, 2)
+    return np.stack([x - origin, y - origin, origin], -1)
 
 
 def _place(points: Tensor, transform: ArrayLike) -> Tensor:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any, overload
 
-from ..arrays import to_array
 from ..errors import TextError
 from ..export.css import declarations
 from ..export.files import written
 from ..export.svg import picture
 from ..font import Font
+from .colours import palette_of, shapes
 from .composition import Composition
 
 
@@ -19,10 +20,15 @@ class Exports:
 
     composition: Composition
     axes: Any
-    segments: Any
 
     @overload
-    def to_svg(self, *, height: float | None = ..., background: str | None = ...) -> str: ...
+    def to_svg(
+        self,
+        *,
+        height: float | None = ...,
+        background: str | None = ...,
+        palette: int | Sequence[Any] = ...,
+    ) -> str: ...
     @overload
     def to_svg(
         self,
@@ -30,6 +36,7 @@ class Exports:
         *,
         height: float | None = ...,
         background: str | None = ...,
+        palette: int | Sequence[Any] = ...,
     ) -> None: ...
     def to_svg(
         self,
@@ -37,6 +44,7 @@ class Exports:
         *,
         height: float | None = None,
         background: str | None = None,
+        palette: int | Sequence[Any] = 0,
     ) -> str | None:
         """Draw the text as an SVG document in font units.
 
@@ -48,18 +56,27 @@ class Exports:
             Height of the picture in pixels. By default the picture takes the size of its container.
         background : str, optional
             A CSS colour. By default the picture is transparent.
+        palette : int or list of colours
+            The colours of colour glyphs: the index of a palette of the font, or as many colours
+            of red, green, blue and alpha from 0 to 1. Default 0, the font's first palette.
 
         Returns
         -------
         str or None
-            One path for the whole text, filled by the nonzero rule. The document has a title, runs
-            no script and refers to nothing.
+            One path for the whole text, filled by the nonzero rule; a colour glyph has one for
+            each layer. The document has a title, runs no script and refers to nothing outside.
+
+        Raises
+        ------
+        TextError
+            The font has no such palette.
         """
         font = self.composition.font
         drawn = picture(
-            [to_array(contour) for contour in self.segments()],
+            shapes(self),
             title=self.title,
             line=(font.descender, font.ascender),
+            palette=palette_of(font, palette),
             height=height,
             background=background,
         )

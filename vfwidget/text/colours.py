@@ -1,0 +1,69 @@
+"""The shapes of a text with the paint of each, for every drawing of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..arrays import to_array
+from ..errors import TextError
+from ..font import Font
+from ..outline.paint import Palette, Shape
+
+
+def shapes(text: Any) -> list[Shape]:
+    """What a text paints at its location, from back to front; letters of one colour are joined.
+
+    Parameters
+    ----------
+    text : Text
+
+    Returns
+    -------
+    list of Shape
+        In font units, y up. A text without colour glyphs is one shape.
+    """
+    found = [Shape([])]
+    letters = text.word.letters(text.coordinates)
+    for (glyph, w), placed in zip(letters, text.layout, strict=True):
+        origin = [placed.x, placed.y]
+        if not glyph.layers:
+            if found[-1].fill is not None:
+                found.append(Shape([]))
+            found[-1].contours.extend(
+                contour + origin for contour in glyph.contours.split(glyph.outline.value(w))
+            )
+        for layer in glyph.layers:
+            outline = layer.glyph.outline.value(w) + origin
+            fill = layer.paint.at(w).shifted(placed.x, placed.y)
+            found.append(Shape(layer.glyph.contours.split(outline), fill))
+    return [shape for shape in found if shape.contours] or found[:1]
+
+
+def palette_of(font: Font, palette: int | Sequence[Any]) -> Palette:
+    """A palette of the font by its index, or colours that are given.
+
+    Raises
+    ------
+    TextError
+        The font has no such palette, or a colour is not four numbers from 0 to 1.
+    """
+    if isinstance(palette, int):
+        if not font.palettes and palette == 0:
+            return ()
+        if not 0 <= palette < len(font.palettes):
+            raise TextError(
+                f"palette={palette}: {font.family_name} has {len(font.palettes)} palettes, "
+                "counted from 0."
+            )
+        return font.palettes[palette]
+    try:
+        colours = to_array(palette)
+    except (TypeError, ValueError):
+        colours = to_array([])
+    if colours.ndim != 2 or colours.shape[1] != 4 or not ((colours >= 0) & (colours <= 1)).all():
+        raise TextError(
+            "palette must be the index of a palette or a list of colours, each red, green, blue "
+            f"and alpha from 0 to 1; got {palette!r:.80}."
+        )
+    return [(r, g, b, a) for r, g, b, a in colours.tolist()]
