@@ -36,13 +36,13 @@ def test_a_description_is_html_without_markup_of_the_font():
 
 def test_tables_left_aside_are_named_with_the_reason():
     def add(builder):
-        builder.font["COLR"] = colour = fonts.DefaultTable("COLR")
-        colour.data = b"\0\0"
+        builder.font["SVG "] = picture = fonts.DefaultTable("SVG ")
+        picture.data = b"\0\0"
         builder.font["odd "] = odd = fonts.DefaultTable("odd ")
         odd.data = b"?"
 
     rows = dict(vf.load_font(fonts.build(*fonts.base_glyphs(), edit=add)).describe().rows)
-    assert rows["COLR left aside"] == "colours are not drawn"
+    assert rows["SVG left aside"] == "pictures cannot vary"
     assert rows["odd left aside"] == "unknown table"
 
 

@@ -125,7 +125,8 @@ class Font(DesignSpace):
         self.ascender: int = header.ascent
         self.descender: int = header.descent
         self.glyph_names = tuple(ttfont.getGlyphOrder())
-        self.palettes = read_palettes(ttfont)
+        with damage("The CPAL table is damaged"):
+            self.palettes = read_palettes(ttfont)
         self._cmap: dict[int, str] = (ttfont.getBestCmap() if "cmap" in ttfont else None) or {}
 
     def __reduce__(self) -> tuple[Any, ...]:

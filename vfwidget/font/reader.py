@@ -12,6 +12,7 @@ from .cff import CffReader
 from .colour import ColourReader
 from .glyf import GlyfReader
 from .metrics import Advances
+from .source import damage
 from .varc import VarcReader
 
 OUTLINE_TABLES: dict[str, type[GlyfReader] | type[CffReader]] = {
@@ -50,7 +51,8 @@ class GlyphReader:
         self._widths = Advances(font, axis_count)
         vertical = "vmtx" in font or "VMTX" in font
         self._heights = Advances(font, axis_count, vertical=True) if vertical else None
-        self._colours = ColourReader(font, axis_count, self._draw) if "COLR" in font else None
+        with damage("The COLR table is damaged"):
+            self._colours = ColourReader(font, axis_count, self._draw) if "COLR" in font else None
 
     def read(self, name: str) -> Glyph:
         """Unpack one glyph with its colours.
