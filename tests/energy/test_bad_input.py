@@ -221,3 +221,10 @@ def test_solutions_are_equal_only_to_themselves(text: vf.Text, handle: vf.Handle
     one, other = (vf.solve(text, vf.Pin(handle)) for _ in range(2))
     assert one != other
     assert len({one, other}) == 2
+
+
+def test_a_place_to_stay_close_to_has_a_value_for_each_axis(text: vf.Text) -> None:
+    vf.solve(text, vf.StayClose(theta=np.zeros(5)))
+    for theta in (0.5, [0.5], np.zeros((2, 5))):
+        with pytest.raises(vf.SolveError, match=r"finite numbers of shape \(1, 5\)"):
+            vf.solve(text, vf.StayClose(theta=theta))

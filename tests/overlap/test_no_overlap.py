@@ -128,3 +128,11 @@ def test_terms_that_are_none(options, message):
         vf.solve(vf.Text("recursive", "a"), vf.NoOverlap(**options))
     with pytest.raises(vf.OverlapError, match=message):
         vf.resolve_overlaps(vf.Text("recursive", "a"), **options)
+
+
+def test_swapped_and_bad_arguments_are_refused() -> None:
+    text = vf.Text("recursive", "NT")
+    with pytest.raises(vf.SolveError, match="needs a Text first; received str"):
+        vf.resolve_overlaps("NT")  # type: ignore[arg-type]
+    with pytest.raises(vf.SolveError, match="restarts must be a whole number"):
+        vf.resolve_overlaps(text, restarts="many")  # type: ignore[arg-type]

@@ -747,6 +747,9 @@ def hole(value):
         ([SQUARE, SQUARE[None]], "batch dimensions differ"),
         (hole(np.nan), "NaN or infinity"),
         (hole(np.inf), "NaN or infinity"),
+        ([SQUARE * 1e11], r"reach 3e\+11 pixels; the largest coordinate is 1e\+09"),
+        ([torch.tensor(SQUARE, device="meta")], "dense tensor that holds its numbers"),
+        ([torch.tensor(SQUARE).to_sparse()], "dense tensor that holds its numbers"),
         ([SQUARE[:-1]], "Each segment begins where the one before it ends; one is 2 off"),
         ([SQUARE, SQUARE[[0, 2, 1, 3]]], "Each segment begins where the one before it ends"),
     ],
@@ -754,6 +757,12 @@ def hole(value):
 def test_contours_that_are_none(contours, message):
     with pytest.raises(vf.ImageError, match=message):
         vf.rasterize(contours, SIZE)
+
+
+@pytest.mark.parametrize("size", [1e2, 1e8, 3e8])
+def test_a_square_far_around_the_image_fills_it(size):
+    around = size * (SQUARE - SQUARE.mean((0, 1)))
+    assert vf.rasterize([around], SIZE).min() > 1 - 1e-12
 
 
 def test_transforms_that_are_none():

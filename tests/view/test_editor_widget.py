@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import re
 import threading
 import time
@@ -203,6 +204,31 @@ def test_bad_state_from_the_view_is_shown_and_undone(editor: Any, state: Any) ->
     editor.comm.update(axes=before | {"wght": 500})
     assert editor.text.axes["wght"] == pytest.approx(500)
     assert editor.error == ""
+
+
+@pytest.mark.parametrize("state", [{"_word": {}}, {"_esm": "alert(1)"}, {"height": "tall"}, [1]])
+def test_the_view_changes_nothing_but_the_state(editor: Any, state: Any) -> None:
+    before = editor.get_state()
+    editor.set_state(state)
+    assert editor.error
+    assert editor.get_state() == before | {"error": editor.error}
+
+
+def test_changes_within_an_attribute_are_refused(editor: Any) -> None:
+    changes = [
+        lambda: editor.axes.update(wght=900),
+        lambda: editor.value.pop("wght"),
+        lambda: editor.pins.append(vf.Text("recursive", "x").nearest(0, 0)),
+        lambda: editor.locks.extend(["wght"]),
+        lambda: editor.constraints.clear(),
+    ]
+    for change in changes:
+        with pytest.raises(vf.SolveError, match="Assign a new value"):
+            change()
+    copied = copy.deepcopy(editor.axes)
+    copied["wght"] = 700
+    editor.axes = copied
+    assert editor.text.axes["wght"] == 700
 
 
 def test_axes_from_python_are_checked_and_observers_hear_once(editor: Any) -> None:

@@ -15,7 +15,8 @@ from ..energy import Solution, StayClose, Term
 from ..energy.descent import descend
 from ..energy.energy import Energy
 from ..energy.solve import solution_of
-from ..solver.problem import Tolerances
+from ..errors import SolveError
+from ..solver.problem import Tolerances, is_count
 from ..text import Text
 from .no_overlap import NoOverlap
 from .overlaps import overlaps
@@ -116,6 +117,10 @@ def resolve_overlaps(
     >>> solution.free, vf.overlaps(solution.text)
     (True, [])
     """
+    if not isinstance(text, Text):
+        raise SolveError(f"resolve_overlaps needs a Text first; received {type(text).__name__}.")
+    if not is_count(restarts):
+        raise SolveError(f"restarts must be a whole number ≥ 0; received {restarts!r}.")
     until = math.inf if seconds is None else time.perf_counter() + seconds
     keep = NoOverlap(obstacles, between_glyphs, gap, method=method)
     search = _Search(text, keep, terms, locks)

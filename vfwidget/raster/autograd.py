@@ -14,6 +14,8 @@ from .coverage import Boundary, fill
 
 CLOSED = 1e-3
 """How far, in pixels, a contour's end may be from its beginning."""
+FARTHEST = 1e9
+"""Pixels from the origin; the cuts of a larger cubic are closer than rounding can tell apart."""
 
 Dims = tuple[int | None, ...]
 
@@ -105,12 +107,14 @@ def check_contours(points: Any, sizes: Sequence[int]) -> None:
     ------
     ImageError
     """
-    # One that is not finite makes the sum so.
-    if not np.isfinite(float(points.sum())):
-        raise ImageError("The contours hold NaN or infinity.")
+    # NaN makes the maximum NaN, so that the comparison fails.
+    reach = float(abs(points).max())
+    if not reach <= FARTHEST:
+        found = f"reach {reach:.3g} pixels" if np.isfinite(reach) else "hold NaN or infinity"
+        raise ImageError(f"The contours {found}; the largest coordinate is {FARTHEST:.0e} pixels.")
     ends = np.cumsum(sizes)
     follower = np.arange(1, ends[-1] + 1)
     follower[ends - 1] = ends - sizes
     gap = float(abs(points[:, :, 3] - points[:, follower, 0]).max())
-    if gap > CLOSED * max(1.0, 1e-3 * float(abs(points).max())):
+    if gap > CLOSED * max(1.0, 1e-3 * reach):
         raise ImageError(f"Each segment begins where the one before it ends; one is {gap:.3g} off.")

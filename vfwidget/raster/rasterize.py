@@ -193,6 +193,8 @@ def _gather(text_or_segments: Text | Contours) -> tuple[Tensor, list[int]]:
             raise ImageError(f"A contour is (s, 4, 2), not {tuple(contour.shape)}.")
         if contour.shape[:-3] != contours[0].shape[:-3]:
             raise ImageError("The contours' batch dimensions differ.")
+        if contour.layout is not torch.strided or contour.is_meta:
+            raise ImageError("A contour must be a dense tensor that holds its numbers.")
     if not contours:
         return torch.zeros(0, 4, 2, dtype=torch.float64), []
     return torch.cat(contours, -3), [contour.shape[-3] for contour in contours]

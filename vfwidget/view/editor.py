@@ -25,6 +25,7 @@ from .bundle import built
 from .constraints import checked_constraints
 from .drag import Drags, solve_drag
 from .exports import Exports
+from .frozen import frozen
 from .history import History
 from .options import checked_height, refuse_unknown
 from .snapshot import Snapshot
@@ -154,13 +155,13 @@ class Editor(Exports, anywidget.AnyWidget):
         with self._adoption():
             super().__init__(
                 text=text,
-                pins=[],
+                pins=frozen(state.pins),
                 _word=describe_word(text),
-                axes=text.axes,
-                value=text.axes,
+                axes=frozen(text.axes),
+                value=frozen(text.axes),
                 shared=text.shared,
-                locks=list(state.locks),
-                constraints=[],
+                locks=frozen(state.locks),
+                constraints=frozen(state.constraints),
                 height=height,
                 theme=theme,
                 throttle=throttle,
@@ -254,30 +255,31 @@ class Editor(Exports, anywidget.AnyWidget):
                 self._word = describe_word(text)
             self.text = text
             self.shared = text.shared
-            self.axes = self.value = text.axes
-            self.pins = list(state.pins)
+            self.axes = self.value = frozen(text.axes)
+            self.pins = frozen(state.pins)
             self._pins = state.pin_places
-            self.locks = list(state.locks)
-            self.constraints = list(state.constraints)
+            self.locks = frozen(state.locks)
+            self.constraints = frozen(state.constraints)
             self._steps = [len(self._history.past), len(self._history.future)]
             self.error = ""
         self._picture.expire()
 
     @traitlets.validate("axes", "value")
     def _check_axes(self, proposal: Any) -> Any:
-        return proposal["value"] if self._adopting else self._moved(proposal["value"]).axes
+        value = proposal["value"]
+        return value if self._adopting else frozen(self._moved(value).axes)
 
     @traitlets.validate("pins")
     def _check_pins(self, proposal: Any) -> list[Any]:
-        return list(checked_pins(proposal["value"], self.text))
+        return frozen(checked_pins(proposal["value"], self.text))
 
     @traitlets.validate("locks")
     def _check_locks(self, proposal: Any) -> list[str]:
-        return list(checked_locks(proposal["value"], self.text))
+        return frozen(checked_locks(proposal["value"], self.text))
 
     @traitlets.validate("constraints")
     def _check_constraints(self, proposal: Any) -> list[Any]:
-        return list(checked_constraints(proposal["value"], self.text))
+        return frozen(checked_constraints(proposal["value"], self.text))
 
     @traitlets.validate("height")
     def _check_height(self, proposal: Any) -> int | None:
@@ -324,15 +326,21 @@ class Editor(Exports, anywidget.AnyWidget):
     def set_state(self, sync_data: Any) -> None:
         """Take state from the view. What cannot be taken is shown there and undone."""
         with self._lock:
-            name = sync_data.get("_gesture")
-            self._naming = name if isinstance(name, str) else None
             try:
+                sync_data = dict(sync_data)
+                foreign = sync_data.keys() - {*STATE_TRAITS, "_gesture"}
+                if foreign:
+                    raise SolveError(f"The view must not set {', '.join(map(str, foreign))}.")
+                name = sync_data.get("_gesture")
+                self._naming = name if isinstance(name, str) else None
                 super().set_state(sync_data)
             except Exception as error:
                 self._show()
                 self.send_state(STATE_TRAITS)
                 self.error = _in_words(error)
-                if not isinstance(error, VFWidgetError | TypeError | traitlets.TraitError):
+                if not isinstance(
+                    error, VFWidgetError | TypeError | ValueError | traitlets.TraitError
+                ):
                     raise
             finally:
                 self._naming = None
