@@ -44,7 +44,7 @@ def test_a_text_without_ink_is_an_empty_picture() -> None:
 
 def test_css_sets_every_axis() -> None:
     assert vf.Text("dynapuff", "hi", axes={"wght": 612.34567}).to_css() == (
-        'font-family: "DynaPuff";\nfont-variation-settings: "wght" 612.346, "wdth" 100;'
+        'font-family: "DynaPuff";\nfont-variation-settings: "wght" 612.34567, "wdth" 100;'
     )
     css = vf.Text("dynapuff", "hi", axes=[{"wght": 700}, {}], shared=False).to_css()
     assert '.letter-1 { font-variation-settings: "wght" 700, "wdth" 100; }' in css

@@ -30,8 +30,17 @@ def settings(axes: Mapping[str, float]) -> str:
 
 
 def number(value: float) -> str:
-    """A number with four decimals at most."""
-    return f"{round(value, 4):g}"
+    """A number with five decimals at most, never in exponential notation."""
+    text = f"{value:.5f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def identifier(text: str) -> str:
+    """A name in CSS in which every character but letters, digits, - and _ is escaped."""
+    return "".join(
+        c if c.isascii() and (c.isalnum() or c in "-_") and (i or not c.isdigit()) else _escaped(c)
+        for i, c in enumerate(text)
+    )
 
 
 def quoted(text: str) -> str:
@@ -41,4 +50,8 @@ def quoted(text: str) -> str:
 
 def _character(character: str) -> str:
     plain = character.isprintable() and character not in '"\\<>&'
-    return character if plain else f"\\{ord(character):x} "
+    return character if plain else _escaped(character)
+
+
+def _escaped(character: str) -> str:
+    return f"\\{ord(character):x} "

@@ -12,27 +12,36 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from .css import quoted
+
 STATE = "application/vnd.vfwidget+json"
 
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; \
-script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data:; media-src data:">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; {policy}">
 <meta name="viewport" content="width=device-width">
 <title>{title}</title>
 <style>{style}</style>
-<script type="module">
-import {{ mount }} from "data:text/javascript;base64,{script}";
-mount();
-</script>
-</head>
+{script}</head>
 <body>
 {body}
 </body>
 </html>
 """
+
+
+_SCRIPT = """<script type="module">
+import {{ mount }} from "data:text/javascript;base64,{script}";
+mount();
+</script>
+"""
+_SCRIPTED = (
+    "script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data:; media-src data:"
+)
+_STILL = "style-src 'unsafe-inline'; font-src data:"
+"""What a page may use: nothing from elsewhere, and without a view no script at all."""
 
 
 def view(state: Mapping[str, Any]) -> str:
@@ -64,11 +73,30 @@ def page(title: str, body: str, script: str, style: str) -> str:
     body : str
         HTML that may contain any number of elements made by :func:`view`.
     script, style : str
-        The bundle of the views, and the style sheet.
+        The bundle of the views, which may be empty, and the style sheet.
     """
+    encoded = base64.b64encode(script.encode()).decode("ascii")
     return _PAGE.format(
         title=html.escape(title),
         body=body,
         style=style,
-        script=base64.b64encode(script.encode()).decode("ascii"),
+        script=_SCRIPT.format(script=encoded) if script else "",
+        policy=_SCRIPTED if script else _STILL,
+    )
+
+
+def font_face(family: str, file: bytes) -> str:
+    """A CSS rule that contains a font.
+
+    Parameters
+    ----------
+    family : str
+        The name by which the style sheet refers to the font.
+    file : bytes
+        A WOFF2 file.
+    """
+    data = base64.b64encode(file).decode("ascii")
+    return (
+        f"@font-face {{ font-family: {quoted(family)}; "
+        f'src: url("data:font/woff2;base64,{data}") format("woff2"); }}\n'
     )

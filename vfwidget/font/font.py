@@ -26,7 +26,7 @@ from .colour import read_palettes
 from .describe import Description, describe
 from .design_space import DesignSpace
 from .font_metrics import read_metrics
-from .instance import check_limits, instantiate
+from .instance import check_limits, instantiate, web_font
 from .metrics import read_positioning_regions
 from .reader import GlyphReader
 from .settings import Settings, read_conditions
@@ -194,6 +194,16 @@ class Font(DesignSpace):
         limits = check_limits(self.axes, axes)
         source = open_font(font_bytes(self._ttfont), self._index)
         return load_font(instantiate(source, limits, name, string), static=True)
+
+    def web_font(self, string: str) -> bytes:
+        """A WOFF2 file with every axis, and only the glyphs that a text may need.
+
+        Raises
+        ------
+        FontError
+            fontTools cannot make the file.
+        """
+        return web_font(open_font(font_bytes(self._ttfont), self._index), string)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the font file as it was read, or as :meth:`instance` made it."""

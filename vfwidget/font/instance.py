@@ -79,10 +79,7 @@ def instantiate(font: TTFont, limits: AxisLimits, name: str | None, string: str 
     family = name or " ".join([family_name(font), *map(_label, limits.items())])
     try:
         if string is not None:
-            options = subset.Options(layout_features=["*"], name_IDs=["*"], notdef_outline=True)
-            subsetter = subset.Subsetter(options)
-            subsetter.populate(text=string)
-            subsetter.subset(font)
+            _keep_glyphs(font, string)
         font = instancer.instantiateVariableFont(font, limits, inplace=True)
         if "name" in font:
             _rename(font, family)
@@ -95,6 +92,40 @@ def instantiate(font: TTFont, limits: AxisLimits, name: str | None, string: str 
             f"No instance can be made of this font ({type(error).__name__}: {error})."
         ) from error
     return file.getvalue()
+
+
+def web_font(font: TTFont, string: str) -> bytes:
+    """A WOFF2 file with every axis, and only the glyphs that a text may need.
+
+    Parameters
+    ----------
+    font : TTFont
+        Read from the file for this purpose; it is changed.
+    string : str
+
+    Raises
+    ------
+    FontError
+        fontTools cannot make the file; the message gives its reason.
+    """
+    try:
+        _keep_glyphs(font, string)
+        file = io.BytesIO()
+        font.flavor = "woff2"
+        font.recalcTimestamp = False  # the same text gives the same file
+        font.save(file)
+    except Exception as error:
+        raise FontError(
+            f"No web font can be made of this font ({type(error).__name__}: {error})."
+        ) from error
+    return file.getvalue()
+
+
+def _keep_glyphs(font: TTFont, string: str) -> None:
+    options = subset.Options(layout_features=["*"], name_IDs=["*"], notdef_outline=True)
+    subsetter = subset.Subsetter(options)
+    subsetter.populate(text=string)
+    subsetter.subset(font)
 
 
 def _label(limit: tuple[str, Any]) -> str:

@@ -12,12 +12,13 @@ from ..arrays import Array, ArrayLike, to_array
 from ..errors import MotionError
 from ..text import Text
 from ..text.place import AXES, OFFSETS
+from .exports import Exports
 
 Scenery = Sequence[Sequence[Array]]
 """For each frame, the closed contours (s, 4, 2) of the obstacles, in font units."""
 
 
-class Animation:
+class Animation(Exports):
     """One text at T times; it is immutable.
 
     :func:`~vfwidget.simulate` and :meth:`from_keyframes` make animations.

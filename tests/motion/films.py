@@ -1,0 +1,46 @@
+"""Animations for tests of exports."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import vfwidget as vf
+
+BAR = np.array([[0.0, -40.0], [300.0, -40.0], [300.0, 0.0], [0.0, 0.0]])
+
+
+def film(font: Any = "recursive", string: str = "AVog", frames: int = 31, **options: Any) -> Any:
+    """Letters that change their weight one after the other, the second of which jumps and turns.
+
+    A bar moves to the right below them.
+    """
+    options.setdefault("shared", False)
+    text = vf.Text(font, string, **options)
+    tags = [axis.tag for axis in text.font.axes]
+    times = np.linspace(2, 3.5, frames)
+    theta = np.repeat(text.theta.numpy()[None], frames, axis=0)
+    phases = np.arange(theta.shape[1])
+    theta[..., tags.index("wght")] = 0.5 - 0.5 * np.cos(4 * times[:, None] + phases)
+    if "CRSV" in tags:  # glyphs of other shapes from the middle on
+        theta[frames // 2 :, :, tags.index("CRSV")] = 1
+    offsets = np.zeros((frames, len(text.glyphs), 2))
+    rotations = np.zeros((frames, len(text.glyphs)))
+    if len(text.glyphs) > 1:
+        offsets[:, 1, 1] = 300 * np.abs(np.sin(3 * times))
+        rotations[:, 1] = times - 2
+    return vf.Animation(
+        text,
+        times,
+        theta,
+        offsets,
+        rotations,
+        scenery=[[_straight(BAR + np.array([200 * t, 0]))] for t in times],
+    )
+
+
+def _straight(corners: np.ndarray) -> np.ndarray:
+    """A polygon as cubic segments (s, 4, 2)."""
+    ends = np.roll(corners, -1, axis=0)
+    return np.stack([corners + (ends - corners) * part for part in (0, 1 / 3, 2 / 3, 1)], 1)

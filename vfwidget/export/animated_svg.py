@@ -1,0 +1,150 @@
+"""Outlines in motion as an animated SVG (SMIL), which runs without a script."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from ..arrays import Array
+from .css import number
+from .svg import path_data
+from .track import Track, keyframes
+
+OBSTACLE_OPACITY = 0.35
+"""Obstacles are drawn lighter than letters."""
+
+
+def animated_picture(
+    letters: Sequence[Track],
+    obstacles: Sequence[Track],
+    *,
+    title: str,
+    box: tuple[float, float, float, float],
+    frames: int,
+    duration: float,
+    tolerance: float,
+    loop: bool,
+    height: float | None = None,
+    background: str | None = None,
+) -> str:
+    """Write an SVG document whose outlines move.
+
+    Parameters
+    ----------
+    letters, obstacles : sequences of Track
+    title : str
+        Plain text; markup in it is escaped.
+    box : (left, bottom, right, top)
+        The part of the plane that the picture shows, in font units, y up.
+    frames : int
+        The number of frames of the animation.
+    duration : float
+        Seconds.
+    tolerance : float
+        As in :func:`~vfwidget.export.track.keyframes`.
+    loop : bool
+        Whether the animation repeats without end.
+    height : float, optional
+        Height of the picture in pixels. By default the picture takes the size of its container.
+    background : str, optional
+        A CSS colour. By default the picture is transparent.
+
+    Returns
+    -------
+    str
+        A reader who prefers reduced motion sees the last frame.
+    """
+    left, bottom, right, top = box
+    wide, tall = right - left, top - bottom
+    size = f' width="{height * wide / tall:.0f}" height="{height:.0f}"' if height else ""
+    view = " ".join(map(number, (left, -top, wide, tall)))
+    back = (
+        f'<rect x="{number(left)}" y="{number(-top)}" width="100%" height="100%" '
+        f'fill="{escape(background)}"/>'
+        if background is not None
+        else ""
+    )
+    clock = _Clock(frames, duration, loop)
+    moving = [
+        f"<g{shade}>{''.join(clock.shape(track, tolerance) for track in tracks)}</g>"
+        for shade, tracks in ((f' opacity="{OBSTACLE_OPACITY}"', obstacles), ("", letters))
+        if tracks
+    ]
+    still = [
+        f'<path{shade} d="{path_data(_last(tracks, frames - 1))}"/>'
+        for shade, tracks in ((f' opacity="{OBSTACLE_OPACITY}"', obstacles), ("", letters))
+        if tracks
+    ]
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}"{size} role="img">'
+        f"<title>{escape(title)}</title><style>.still {{ display: none }} "
+        "@media (prefers-reduced-motion: reduce) { .still { display: inline } "
+        f'.moving {{ display: none }} }}</style>{back}<g class="moving">{"".join(moving)}</g>'
+        f'<g class="still">{"".join(still)}</g></svg>'
+    )
+
+
+def _last(tracks: Sequence[Track], frame: int) -> list[Array]:
+    ended = [track for track in tracks if track.start + len(track.times) - 1 == frame]
+    return [contour for track in ended for contour in track.contours(frame)]
+
+
+class _Clock:
+    """The timing that all animated attributes share."""
+
+    def __init__(self, frames: int, duration: float, loop: bool) -> None:
+        self.frames, self.duration = frames, duration
+        self.run = f'dur="{number(duration)}s" ' + (
+            'repeatCount="indefinite"' if loop else 'fill="freeze"'
+        )
+
+    def shape(self, track: Track, tolerance: float) -> str:
+        """A path that moves, turns and changes, and shows only while its track lasts."""
+        keys = keyframes(track, tolerance)
+        times = track.times[keys] / self.duration
+        places = [f"{number(x)} {number(-y)}" for x, y in track.origins[keys]]
+        moves = self._transform("translate", "replace", places, times)
+        angles = [number(-np.degrees(angle)) for angle in track.rotations[keys]]
+        if any(angle != "0" for angle in angles):
+            moves += self._transform("rotate", "sum", angles, times)
+        paths = [path_data(track.local(key)) for key in keys]
+        form = self._animate('animate attributeName="d"', paths, times)
+        shown = self._visibility(track)
+        return f'<path d="{paths[0]}">{shown}{moves}{form}</path>'
+
+    def _transform(self, kind: str, additive: str, values: list[str], times: Array) -> str:
+        name = f'animateTransform attributeName="transform" type="{kind}" additive="{additive}"'
+        return self._animate(name, values, times, always=True)
+
+    def _animate(self, what: str, values: list[str], times: Array, always: bool = False) -> str:
+        """An animation element through values at shares of the duration."""
+        if len(set(values)) == 1:
+            if not always:
+                return ""
+            values, times = values[:1] * 2, np.array([0.0, 1.0])
+        at = [number(time) for time in times]
+        # The list has to reach from 0 to 1.
+        if at[0] != "0":
+            values, at = [values[0], *values], ["0", *at]
+        if at[-1] != "1":
+            values, at = [*values, values[-1]], [*at, "1"]
+        return f'<{what} values="{";".join(values)}" keyTimes="{";".join(at)}" {self.run}/>'
+
+    def _visibility(self, track: Track) -> str:
+        """Hides a path before and after its track; a frame is shown until the next one begins."""
+        begins, ends = track.start == 0, track.start + len(track.times) == self.frames
+        if begins and ends:
+            return ""
+        step = self.duration / max(self.frames - 1, 1)
+        start = 0.0 if begins else track.times[0] / self.duration
+        end = 1.0 if ends else (track.times[-1] + step) / self.duration
+        states = [("hidden", 0.0)] if start > 0 else []
+        states += [("visible", start), *([("hidden", end)] if end < 1 else [])]
+        values = ";".join(state for state, _ in states)
+        at = ";".join(number(time) for _, time in states)
+        return (
+            f'<animate attributeName="visibility" calcMode="discrete" values="{values}" '
+            f'keyTimes="{at}" {self.run}/>'
+        )

@@ -1,0 +1,165 @@
+"""Coverage of ink, frame after frame, as PNG, GIF, MP4 and WebM."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+from collections.abc import Generator, Iterable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import Array
+from ..errors import MotionError
+
+Colour = tuple[int, int, int]
+Pixels = npt.NDArray[np.uint8]
+
+CODECS = {
+    "mp4": ("libx264", "yuv420p", ["-crf", "16", "-movflags", "+faststart"]),
+    "webm": (
+        "libvpx-vp9",
+        "yuva420p",
+        ["-crf", "20", "-b:v", "0", "-auto-alt-ref", "0", "-cpu-used", "4", "-row-mt", "1"],
+    ),
+}
+"""Codec, pixel format and options of ffmpeg for each kind of file."""
+
+
+def read_colour(name: str, value: str) -> Colour:
+    """A colour as CSS writes it, such as ``"#d4380d"`` or ``"tomato"``.
+
+    Raises
+    ------
+    MotionError
+        It is no colour, or a transparent one.
+    """
+    from PIL import ImageColor
+
+    try:
+        parts = ImageColor.getrgb(value)
+    except (ValueError, TypeError, AttributeError):
+        parts = ()  # type: ignore[assignment]
+    if len(parts) != 3:
+        raise MotionError(
+            f"{name} must be an opaque colour such as 'black' or '#1f6feb'; received {value!r}."
+        )
+    return parts
+
+
+def painted(coverage: Array, ink: Colour, background: Colour | None) -> Pixels:
+    """An image (H, W, 3) over a background, or (H, W, 4) without one, from coverage 0 … 1 (H, W).
+
+    Parameters
+    ----------
+    coverage : (H, W) array
+        Ink is 1.
+    ink, background : (red, green, blue), 0 to 255 each
+    """
+    share = coverage[..., None]
+    if background is None:
+        opaque = np.broadcast_to(np.array(ink, dtype=np.float64), (*coverage.shape, 3))
+        return _bytes(np.concatenate([opaque, 255 * share], -1))
+    return _bytes(np.array(ink) * share + np.array(background) * (1 - share))
+
+
+def _bytes(values: Array) -> Pixels:
+    return np.round(values).clip(0, 255).astype(np.uint8)
+
+
+def png(pixels: Pixels) -> bytes:
+    """A PNG file."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "PNG")
+    return file.getvalue()
+
+
+def gif(frames: Iterable[Array], delay: int, ink: Colour, background: Colour, loop: bool) -> bytes:
+    """An animated GIF file.
+
+    Parameters
+    ----------
+    frames : iterable of (H, W) arrays
+        Coverage 0 … 1.
+    delay : int
+        Milliseconds for which each frame is shown; GIF keeps whole hundredths of a second.
+    ink, background : (red, green, blue), 0 to 255 each
+    loop : bool
+        Whether the animation repeats without end.
+    """
+    from PIL import Image
+
+    # All frames share the 256 colours between the background and the ink.
+    palette = painted(np.linspace(0, 1, 256)[None], ink, background)[0].tobytes()
+    images = []
+    for coverage in frames:
+        image = Image.fromarray(_bytes(255 * coverage), "P")
+        image.putpalette(palette)
+        images.append(image)
+    file = io.BytesIO()
+    repeats = {"loop": 0} if loop else {}
+    images[0].save(
+        file, "GIF", save_all=True, append_images=images[1:], duration=delay, optimize=False,
+        **repeats,
+    )  # fmt: skip
+    return file.getvalue()
+
+
+def video(frames: Iterable[Pixels], kind: str, fps: float) -> bytes:
+    """An MP4 (H.264) or WebM (VP9, with transparency) file.
+
+    Parameters
+    ----------
+    frames : iterable of (H, W, 3) or (H, W, 4) arrays
+        H and W are even.
+    kind : {"mp4", "webm"}
+    fps : float
+        Frames per second.
+
+    Raises
+    ------
+    MotionError
+        ffmpeg is not installed, or fails.
+    """
+    try:
+        import imageio_ffmpeg
+
+        imageio_ffmpeg.get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        raise MotionError(
+            "MP4 and WebM are written by ffmpeg, which is not installed. Install it with "
+            "`pip install 'vfwidget[video]'`, or use to_gif."
+        ) from None
+    codec, pixel_format, options = CODECS[kind]
+    with tempfile.TemporaryDirectory() as folder:
+        # ffmpeg takes some names for options or addresses, so it never sees one that was given.
+        file = Path(folder) / f"animation.{kind}"
+        writer: Generator[None, Pixels, None] | None = None
+        try:
+            for pixels in frames:
+                if writer is None:
+                    height, width, channels = pixels.shape
+                    writer = imageio_ffmpeg.write_frames(
+                        str(file),
+                        (width, height),
+                        pix_fmt_in="rgba" if channels == 4 else "rgb24",
+                        pix_fmt_out=pixel_format,
+                        fps=fps,
+                        codec=codec,
+                        quality=None,
+                        macro_block_size=2,
+                        output_params=options,
+                    )
+                    next(writer)
+                writer.send(np.ascontiguousarray(pixels))
+        except OSError as error:
+            raise MotionError(f"ffmpeg could not write the video: {error}") from error
+        finally:
+            if writer is not None:
+                writer.close()
+        if not file.is_file():
+            raise MotionError(f"ffmpeg could not write the video with the codec {codec}.")
+        return file.read_bytes()

@@ -1,0 +1,273 @@
+"""What an animation can be written as: CSS, a page, SVG, Lottie, JSON."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..export.animated_svg import animated_picture
+from ..export.css_animation import Span, markup, style_sheet
+from ..export.files import written
+from ..export.images import read_colour
+from ..export.lottie import lottie
+from ..export.page import font_face, page
+from ..text import Text
+from .frames import number
+from .image_exports import ImageExports, PathLike
+from .spans import JOINER, text_spans
+from .tracks import drawn_box, letter_tracks, obstacle_tracks, user_coordinates
+
+NAME = "vf-text"
+"""The class of the animated element in CSS."""
+TOLERANCE = 0.001
+"""Greatest error of an outline between keyframes in ems, unless stated otherwise."""
+
+
+class Exports(ImageExports):
+    """Methods of :class:`Animation` that write it in other formats.
+
+    Each writes a file, which is replaced if it exists, and returns None; without a path it
+    returns the content. CSS, SVG and Lottie hold keyframes. Between them outlines are
+    interpolated, and ``tolerance`` is the greatest distance of a control point from its position
+    in a frame, in font units (default: 1/1000 em).
+    """
+
+    text: Text
+    times: Array
+    theta: Array
+    rotations: Array
+    duration: Any
+    fps: Any
+
+    def to_css(
+        self,
+        path: PathLike | None = None,
+        *,
+        name: str = NAME,
+        loop: bool = True,
+        tolerance: float | None = None,
+    ) -> str | None:
+        """Write a style sheet that animates the axes; the text stays text.
+
+        The sheet has a custom property for each axis that varies, and keyframes for each letter.
+        A comment at its beginning holds the HTML element that it animates. The page has to
+        provide the font. Letters stand where the animation has them, kerning included.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            The file to write.
+        name : str
+            Class of the animated element. Default ``"vf-text"``; two animations on one page need
+            two names.
+        loop : bool
+            Whether the animation repeats without end. Default True.
+        tolerance : float, optional
+            In font units; see :class:`Exports`.
+
+        Returns
+        -------
+        str or None
+            A reader who prefers reduced motion sees the last frame. Obstacles are left out.
+
+        Raises
+        ------
+        MotionError
+            A glyph depends on its neighbours, so that elements for single letters cannot show it.
+        """
+        spans = self._spans(tolerance)
+        element = self._element(spans, name).replace("*", "&#42;")
+        sheet = self._style_sheet(spans, name, self.text.font.family_name, loop)
+        return written(f"/* {element} */\n{sheet}", path)
+
+    def to_html(
+        self,
+        path: PathLike | None = None,
+        *,
+        loop: bool = True,
+        tolerance: float | None = None,
+    ) -> str | None:
+        """Write a page that contains the font, cut to the text, and runs without script or network.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            The file to write.
+        loop, tolerance
+            As for :meth:`to_css`.
+
+        Raises
+        ------
+        MotionError
+            As for :meth:`to_css`.
+        FontError
+            fontTools cannot cut the font to the text.
+        """
+        spans, family = self._spans(tolerance), "vf-font"
+        face = font_face(family, self.text.font.web_font(self.text.string + JOINER))
+        sheet = self._style_sheet(spans, NAME, family, loop)
+        made = page(self.text.title, self._element(spans, NAME), "", face + sheet + PAGE_STYLE)
+        return written(made, path)
+
+    def to_svg(
+        self,
+        path: PathLike | None = None,
+        *,
+        loop: bool = True,
+        tolerance: float | None = None,
+        height: float | None = None,
+        background: str | None = None,
+    ) -> str | None:
+        """Write an animated SVG (SMIL), which shows the outlines without font or script.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            The file to write.
+        loop, tolerance
+            As for :meth:`to_css`.
+        height : float, optional
+            Height of the picture in pixels. By default the picture takes the size of its container.
+        background : str, optional
+            A CSS colour. By default the picture is transparent.
+
+        Returns
+        -------
+        str or None
+            A reader who prefers reduced motion sees the last frame. Obstacles are lighter.
+        """
+        tracks = letter_tracks(self)
+        made = animated_picture(
+            [track for row in tracks for track in row],
+            obstacle_tracks(self),
+            title=self.text.title,
+            box=drawn_box(self, tracks),
+            frames=len(self.times),
+            duration=self.duration or 1.0,
+            tolerance=self._tolerance(tolerance),
+            loop=loop,
+            height=height,
+            background=background,
+        )
+        return written(made, path)
+
+    def to_lottie(
+        self,
+        path: PathLike | None = None,
+        *,
+        tolerance: float | None = None,
+        ink: str = "black",
+    ) -> str | None:
+        """Write a Lottie document of shapes, because its players have no variable fonts.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            The file to write.
+        tolerance : float, optional
+            In font units; see :class:`Exports`.
+        ink : str
+            Colour of the letters as in CSS. Default black.
+
+        Returns
+        -------
+        str or None
+            JSON. Whether it repeats is up to the player. Obstacles are lighter.
+        """
+        tracks = letter_tracks(self)
+        made = lottie(
+            [track for row in tracks for track in row],
+            obstacle_tracks(self),
+            title=self.text.title,
+            box=drawn_box(self, tracks),
+            frames=len(self.times),
+            fps=self.fps,
+            tolerance=self._tolerance(tolerance),
+            colour=read_colour("ink", ink),
+        )
+        return written(made, path)
+
+    def to_json(self, path: PathLike | None = None) -> str | None:
+        """Write the axis values, positions and rotations of every frame as JSON.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            The file to write.
+
+        Returns
+        -------
+        str or None
+            An object with ``text``, ``family``, ``units_per_em``, ``times`` (seconds), and
+            ``letters``: for each letter its characters (``text``), ``axes`` (a list of user
+            coordinates for each tag), ``x``, ``y`` (its origin in font units, y up) and
+            ``rotation`` (radians, counterclockwise). Numbers are rounded to 1e-5.
+        """
+        users, text = user_coordinates(self), self.text
+        tracks, letters = letter_tracks(self), []
+        for index, (name, row) in enumerate(zip(text.word.letter_names, tracks, strict=False)):
+            origins = np.concatenate([track.origins for track in row])
+            own = users[:, 0 if text.shared else index]
+            letters.append(
+                {
+                    "text": name,
+                    "axes": {
+                        axis.tag: _rounded(column)
+                        for axis, column in zip(text.font.axes, own.T, strict=True)
+                    },
+                    "x": _rounded(origins[:, 0]),
+                    "y": _rounded(origins[:, 1]),
+                    "rotation": _rounded(self.rotations[:, index]),
+                }
+            )
+        document = {
+            "text": text.string,
+            "family": text.font.family_name,
+            "units_per_em": text.font.units_per_em,
+            "times": _rounded(self.times),
+            "letters": letters,
+        }
+        return written(json.dumps(document, separators=(",", ":")), path)
+
+    def _tolerance(self, tolerance: float | None) -> float:
+        em = self.text.font.units_per_em
+        if tolerance is None:
+            return TOLERANCE * em
+        return number("tolerance", tolerance, 0.0, em)
+
+    def _spans(self, tolerance: float | None) -> list[Span]:
+        return text_spans(self, letter_tracks(self), self._tolerance(tolerance))
+
+    def _element(self, spans: list[Span], name: str) -> str:
+        options = self.text.composition.options
+        return markup(spans, name=name, string=self.text.string, language=options.language)
+
+    def _style_sheet(self, spans: list[Span], name: str, family: str, loop: bool) -> str:
+        font, em = self.text.font, self.text.font.units_per_em
+        left, bottom, right, top = drawn_box(self, letter_tracks(self))
+        return style_sheet(
+            spans,
+            name=name,
+            family=family,
+            tags=[axis.tag for axis in font.axes],
+            features=dict(self.text.composition.options.features),
+            duration=self.duration or 1.0,
+            # Browsers round the distance of the baseline to whole pixels; this one is exact where
+            # the size of the font is a multiple of 10 px.
+            box=(left / em, bottom / em, right / em, np.ceil(10 * top / em) / 10),
+            loop=loop,
+        )
+
+
+PAGE_STYLE = """:root { color-scheme: light dark; }
+body { display: grid; place-items: center; min-height: 90vh; margin: 0; overflow: hidden; }
+.vf-text { font-size: min(20vmin, 160px); }
+"""
+
+
+def _rounded(values: Array) -> list[float]:
+    rounded: list[float] = np.round(values, 5).tolist()
+    return rounded

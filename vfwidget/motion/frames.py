@@ -1,0 +1,109 @@
+"""An animation as images: the coverage of its ink at even steps of time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, to_array
+from ..errors import MotionError
+from ..export.animated_svg import OBSTACLE_OPACITY
+from ..export.track import Track
+from .tracks import Box, drawn_box, letter_tracks, obstacle_tracks
+
+FPS = (0.01, 1000.0)
+"""Least and most frames per second; no screen shows more."""
+
+
+def frame_numbers(animation: Any, fps: float) -> list[int]:
+    """The frame nearest in time to each multiple of 1 / fps.
+
+    Raises
+    ------
+    MotionError
+        ``fps`` is not a number between 0.01 and 1000.
+    """
+    fps = number("fps", fps, *FPS)
+    times = animation.times - animation.times[0]
+    wanted = np.arange(round(animation.duration * fps) + 1) / fps
+    middles = (times[1:] + times[:-1]) / 2
+    return [int(i) for i in np.searchsorted(middles, wanted)]
+
+
+def coverages(animation: Any, height: int, fps: float, progress: bool) -> Iterator[Array]:
+    """The images of an animation, (H, W) each, ink 1; H and W are even.
+
+    Parameters
+    ----------
+    animation : Animation
+    height : int
+        Pixels.
+    fps : float
+        Images per second.
+    progress : bool
+        Whether to show a progress bar.
+
+    Raises
+    ------
+    MotionError
+        ``fps`` or ``height`` is not a positive number.
+    ImageError
+        The images have more pixels than ``vfwidget.limits.raster_pixels``.
+    """
+    if not isinstance(height, int | np.integer) or isinstance(height, bool) or height < 2:
+        raise MotionError(f"height must be a number of pixels, at least 2; received {height!r}.")
+    numbers = frame_numbers(animation, fps)
+    tracks = letter_tracks(animation)
+    letters = [track for row in tracks for track in row]
+    obstacles = obstacle_tracks(animation)
+    box = drawn_box(animation, tracks)
+    size, placement = _camera(box, int(height))
+    from tqdm.auto import tqdm
+
+    drawn: dict[int, Array] = {}
+    for number in tqdm(numbers, desc="frames", leave=False, disable=not progress):
+        if number not in drawn:
+            # Only a frame that is shown several times in a row is needed again.
+            drawn.clear()
+            front = ink(letters, number, size, placement)
+            below = ink(obstacles, number, size, placement)
+            drawn[number] = front + (1 - front) * OBSTACLE_OPACITY * below
+        yield drawn[number]
+
+
+def _camera(box: Box, height: int) -> tuple[tuple[int, int], Array]:
+    """The size (H, W) of the images, and the placement (2, 3) of font units in pixels, y down."""
+    left, bottom, right, top = box
+    height += height % 2
+    scale = height / (top - bottom)
+    width = int(np.ceil(scale * (right - left)))
+    width += width % 2
+    x = (width - scale * (right - left)) / 2 - scale * left
+    return (height, width), np.array([[scale, 0, x], [0, -scale, scale * top]])
+
+
+def ink(tracks: Sequence[Track], number: int, size: tuple[int, int], placement: Array) -> Array:
+    """The coverage of all tracks in a frame (H, W); see :func:`vfwidget.rasterize`."""
+    from ..raster import rasterize
+
+    present = [t for t in tracks if t.start <= number < t.start + len(t.times)]
+    contours = [contour for track in present for contour in track.contours(number)]
+    return to_array(rasterize(contours, size, placement)) if contours else np.zeros(size)
+
+
+def number(name: str, value: Any, least: float, most: float) -> float:
+    """A number within bounds.
+
+    Raises
+    ------
+    MotionError
+        The value is not one.
+    """
+    known = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if not known or not least <= value <= most:
+        raise MotionError(
+            f"{name} must be a number from {least:g} to {most:g}; received {value!r}."
+        )
+    return float(value)

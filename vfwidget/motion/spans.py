@@ -1,0 +1,122 @@
+"""Which characters each element of a page holds, and their keyframes.
+
+A browser shapes each element by itself. So an element holds a letter with its marks, with joiners
+around it if it joins its neighbours, and HarfBuzz confirms that its glyphs are those of the text.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import MotionError, VFWidgetError
+from ..export.css_animation import Span
+from ..export.track import Track, keyframes
+from .tracks import user_coordinates
+
+JOINER = "\u200d"
+"""ZERO WIDTH JOINER: a letter next to it takes the form that joins."""
+
+
+def text_spans(animation: Any, tracks: Sequence[Sequence[Track]], tolerance: float) -> list[Span]:
+    """The elements of a text in the order of its characters.
+
+    Parameters
+    ----------
+    animation : Animation
+    tracks : sequence of sequences of Track
+        As :func:`~vfwidget.motion.tracks.letter_tracks` gives them.
+    tolerance : float
+        As :func:`~vfwidget.export.track.keyframes` takes it, in font units.
+
+    Raises
+    ------
+    MotionError
+        A glyph depends on its neighbours, or the letters of one element have different axes.
+    """
+    word, users = animation.text.word, user_coordinates(animation)
+    em, times = animation.text.font.units_per_em, animation.times - animation.times[0]
+    if any(frame.word.clusters != word.clusters for frame in animation):
+        raise MotionError(
+            f"The letters of {word.string!r} stand for other characters in some frames, and one "
+            "element for each letter cannot show that. Switch off ligatures (features={'liga': "
+            "False}), or use to_svg, to_lottie or a video."
+        )
+    spans = []
+    for group, string in _groups(word):
+        own = [0] if word.shared else group
+        if any(np.ptp(users[:, own], axis=1).ravel()):
+            raise MotionError(
+                f"{string!r} consists of several glyphs, which have different axis values, and "
+                "one element of a page cannot show that. Use to_svg, to_lottie or a video."
+            )
+        base = group[0]
+        rtl = word.layouts[base].row.rtl[base]
+        keys = {
+            track.start + key
+            for letter in group
+            for track in tracks[letter]
+            for key in keyframes(track, tolerance, by_axes=True)
+        }
+        at = sorted(keys)
+        origins = np.concatenate([track.origins for track in tracks[base]])
+        spans.append(
+            Span(
+                _shaped_alone(animation, group, string, rtl),
+                rtl,
+                times[at],
+                users[at, own[0]],
+                origins[at] / em,
+                animation.rotations[at, base],
+            )
+        )
+    return spans
+
+
+def _groups(word: Any) -> list[tuple[list[int], str]]:
+    """Letters that share an element, the base first, with their characters."""
+    starts = sorted(set(word.clusters))
+    ends = [*starts[1:], len(word.string)]
+    groups: list[tuple[list[int], str]] = []
+    for start, end in zip(starts, ends, strict=True):
+        letters = [i for i, cluster in enumerate(word.clusters) if cluster == start]
+        characters = word.string[start:end].replace("\n", "")
+        if groups and unicodedata.category(characters[:1] or " ").startswith("M"):
+            groups[-1] = (groups[-1][0] + letters, groups[-1][1] + characters)
+        else:
+            groups.append((letters, characters))
+    return groups
+
+
+def _shaped_alone(animation: Any, group: list[int], string: str, rtl: bool) -> str:
+    """The characters, with joiners if needed, that give the group's glyphs by themselves."""
+    text = animation.text
+    options = replace(text.composition.options, direction="rtl" if rtl else "ltr")
+    own = 0 if text.shared else group[0]
+    wanted: dict[tuple[int, ...], Array] = {}
+    for frame, w in zip(animation, animation.theta[:, own], strict=True):
+        wanted.setdefault(tuple(frame.word.glyph_ids[i] for i in sorted(group)), w)
+
+    def fits(candidate: str) -> bool:
+        try:
+            return all(
+                text.font.shape_at(candidate, w, options, lambda _: 0.0).glyph_ids == glyphs
+                for glyphs, w in wanted.items()
+            )
+        except VFWidgetError:
+            return False
+
+    for before, after in (("", ""), ("", JOINER), (JOINER, ""), (JOINER, JOINER)):
+        if fits(before + string + after):
+            return before + string + after
+    raise MotionError(
+        f"The glyph of {string!r} depends on the letters around it, and a browser does not see "
+        "them where each letter is an element. Switch off the feature that chooses the glyph (in "
+        "most fonts features={'calt': False} or features={'rlig': False}), or use to_svg, "
+        "to_lottie or a video."
+    )

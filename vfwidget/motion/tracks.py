@@ -1,0 +1,134 @@
+"""An animation as plain arrays, one track for each outline: what the exports write."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..arrays import Array, to_array
+from ..export.svg import MARGIN
+from ..export.track import Track
+
+if TYPE_CHECKING:
+    from ..font import Font, Glyph
+
+Box = tuple[float, float, float, float]
+"""Left, bottom, right and top, in font units, y up."""
+
+
+def letter_tracks(animation: Any) -> list[list[Track]]:
+    """For each letter its tracks, one for each row of frames in which it keeps its glyph.
+
+    Parameters
+    ----------
+    animation : Animation
+    """
+    frames = list(animation)
+    layouts = [frame.layout for frame in frames]
+    users = user_coordinates(animation)
+    letters = []
+    for letter in range(max(map(len, layouts))):
+        glyphs = [row[letter].glyph_id if letter < len(row) else None for row in layouts]
+        # A ligature that is made or dissolved changes which letter has this number.
+        kinds = list(zip(glyphs, map(len, layouts), strict=True))
+        letters.append(
+            [
+                _letter_track(animation, layouts, users, letter, span)
+                for span in _spans(kinds)
+                if glyphs[span.start] is not None
+            ]
+        )
+    return letters
+
+
+def user_coordinates(animation: Any) -> Array:
+    """User coordinates of the axes at each frame, (T, 1 or l, n)."""
+    axes, theta = animation.text.font.axes, animation.theta
+    users = [
+        [axis.denormalize(float(w)) for w in theta[..., i].flat] for i, axis in enumerate(axes)
+    ]
+    return np.reshape(np.transpose(users), theta.shape)
+
+
+def obstacle_tracks(animation: Any) -> list[Track]:
+    """The contours of the obstacles; one track as long as they correspond."""
+    sizes = [tuple(len(contour) for contour in contours) for contours in animation.scenery]
+    times = animation.times - animation.times[0]
+    tracks = []
+    for span in _spans(sizes):
+        if sizes[span.start]:
+            rows = [animation.scenery[i] for i in range(span.start, span.stop)]
+            points = [np.concatenate([c[:, :3].reshape(-1, 2) for c in row]) for row in rows]
+            zeros = np.zeros((len(rows), 3))
+            tracks.append(
+                Track(
+                    span.start,
+                    times[span],
+                    sizes[span.start],
+                    np.array(points),
+                    zeros[:, :2],
+                    zeros[:, 2],
+                    zeros[:, :0],
+                )
+            )
+    return tracks
+
+
+def drawn_box(animation: Any, tracks: Sequence[Sequence[Track]]) -> Box:
+    """The part of the plane that all letters and the first line reach, with a margin.
+
+    Parameters
+    ----------
+    animation : Animation
+    tracks : sequence of sequences of Track
+        As :func:`letter_tracks` gives them.
+    """
+    font = animation.text.font
+    line = np.array([[0.0, font.descender], [0.0, font.ascender]])
+    points = np.concatenate([line, *(t.drawn.reshape(-1, 2) for row in tracks for t in row)])
+    margin = MARGIN * (font.ascender - font.descender)
+    left, bottom, right, top = map(float, [*points.min(0) - margin, *points.max(0) + margin])
+    return left, bottom, right, top
+
+
+def _spans(kinds: list[Any]) -> Iterator[slice]:
+    """Maximal rows of equal entries."""
+    start = 0
+    for end in range(1, len(kinds) + 1):
+        if end == len(kinds) or kinds[end] != kinds[start]:
+            yield slice(start, end)
+            start = end
+
+
+def _letter_track(
+    animation: Any, layouts: list[Any], users: Array, letter: int, span: slice
+) -> Track:
+    placed = [row[letter] for row in layouts[span]]
+    font, glyph = animation.text.font, placed[0].glyph
+    own = 0 if animation.text.shared else letter
+    return Track(
+        span.start,
+        animation.times[span] - animation.times[0],
+        tuple(glyph.contours),
+        to_array(glyph.points(animation.theta[span, own])),
+        np.array([(one.x, one.y) for one in placed]),
+        animation.rotations[span, min(letter, animation.rotations.shape[1] - 1)],
+        users[span, own],
+        _Outline(font, glyph),
+    )
+
+
+class _Outline:
+    """The control points of a glyph at user coordinates."""
+
+    def __init__(self, font: Font, glyph: Glyph) -> None:
+        self._axes, self._glyph = font.axes, glyph
+
+    def __call__(self, users: Array) -> Array:
+        columns = [
+            [axis.normalize(float(value)) for value in column]
+            for axis, column in zip(self._axes, users.T, strict=True)
+        ]
+        return to_array(self._glyph.points(np.array(columns).T))
