@@ -184,6 +184,7 @@ def _dips(lines: Climbers, pairs: Any, height: Any, gap: Any) -> tuple[Any, Any]
     def level(angle: Any) -> Any:
         return bottom + tall * (1 - xp.cos(angle)) / 2
 
+    ends, sides = angles[::2], values[::2]
     for _ in range(DIPS):
         (a, b, c), (low, mid, high) = angles, values
         rise, fall = (high - mid) * (b - a), (low - mid) * (c - b)
@@ -197,6 +198,8 @@ def _dips(lines: Climbers, pairs: Any, height: Any, gap: Any) -> tuple[Any, Any]
         left = worse < inner
         angles = [xp.where(left, worse, a), inner, xp.where(left, c, worse)]
         values = [xp.where(left, lost, low), kept, xp.where(left, high, lost)]
+    # The gap may be below zero at both ends of the narrowed range, so the first ends are returned.
+    angles, values = [ends[0], angles[1], ends[1]], [sides[0], values[1], sides[1]]
     return stacked([level(angle) for angle in angles]), stacked(values) * side
 
 
