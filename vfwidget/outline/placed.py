@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, BoolArray, IntArray, like, namespace
 from .composed import Coordinates
+from .conditions import Condition
 from .varying import Affine, Varying
 
 PARAMETERS = (
@@ -166,11 +167,10 @@ class Shown(Varying):
     Parameters
     ----------
     outline : Varying
-    condition : function
-        Gives 1 or 0, (...), at coordinates (..., n).
+    condition : Condition
     """
 
-    def __init__(self, outline: Varying, condition: Callable[[Any], Any]) -> None:
+    def __init__(self, outline: Varying, condition: Condition) -> None:
         self.outline, self.condition = outline, condition
         self.shape = outline.shape
 
@@ -181,12 +181,12 @@ class Shown(Varying):
 
     def value(self, w: Any) -> Any:
         """See :meth:`Varying.value`."""
-        return self.outline.value(w) * self.condition(w)[..., None, None]
+        return self.outline.value(w) * self.condition.value(w)[..., None, None]
 
     def value_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
         """See :meth:`Varying.value_and_jacobian`."""
         value, jacobian = self.outline.value_and_jacobian(w, toward)
-        shown = self.condition(w)[..., None, None]
+        shown = self.condition.value(w)[..., None, None]
         return value * shown, jacobian * shown[..., None]
 
 

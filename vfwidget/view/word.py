@@ -8,20 +8,24 @@ import numpy as np
 
 from ..arrays import Array, IntArray
 from ..font import Font
-from ..outline.variation import merge_regions
+from ..outline.composed import Composed
+from ..outline.glyph import Glyph, Layer
+from ..outline.varying import Affine, Varying
 from ..text import Text
 from ..text.composition import Composition
 from ..text.origins import Halves
 from ..text.place import OFFSETS
 from ..text.word import Word
+from .varying import Node, Regions
 
 
 def describe_word(text: Text) -> dict[str, Any]:
     """Describe a text so that the view can evaluate it, with tensors as float32 buffers.
 
     The result does not depend on where the text is in the design space. Regions and glyphs occur
-    once, for all rows of glyphs that the text can have. The ``points`` of a glyph are its default
-    outline (k, 2), followed by its delta sets, (k, 2) each.
+    once, for all rows of glyphs that the text can have. The ``points`` of an affine glyph are its
+    default outline (k, 2), followed by its delta sets, (k, 2) each; other glyphs have an
+    ``outline``, see :class:`Regions`.
 
     Parameters
     ----------
@@ -34,12 +38,10 @@ def describe_word(text: Text) -> dict[str, Any]:
     """
     composition, font = text.composition, text.font
     words = uniform_words(composition)
-    support, regions = merge_regions([word.regions.support for word in words])
-    glyphs: dict[int, dict[str, Any]] = {}
-    for word, at in zip(words, regions, strict=True):
-        for letter, glyph_id in enumerate(word.glyph_ids):
-            if glyph_id not in glyphs:
-                glyphs[glyph_id] = _glyph(word, letter, at)
+    regions = Regions()
+    glyphs = {glyph.glyph_id: glyph for word in words for glyph in word.glyphs}
+    described = [_glyph(glyph, font, regions) for glyph in glyphs.values()]
+    rows = [_row(word, np.array(regions.indices(word.regions.support))) for word in words]
     index = {glyph_id: i for i, glyph_id in enumerate(glyphs)}
     settings = composition.settings
     return {
@@ -52,12 +54,14 @@ def describe_word(text: Text) -> dict[str, Any]:
         "instances": [
             {"name": instance.name, "axes": dict(instance.axes)} for instance in font.instances
         ],
-        "regions": {"count": len(support), "data": support.astype("<f4").tobytes()},
-        "glyphs": list(glyphs.values()),
+        "final": regions.node(font.displacement) if font.displacement else None,
+        "glyphs": described,
         "rows": [
-            {"order": [index[g] for g in word.glyph_ids], **_row(word, at)}
-            for word, at in zip(words, regions, strict=True)
+            {"order": [index[g] for g in word.glyph_ids], **row}
+            for word, row in zip(words, rows, strict=True)
         ],
+        "regions": regions.data(),
+        "kinks": None if words[0].is_affine else [b.tolist() for b in words[0].breakpoints],
         "settings": {
             "edges": [edges.tolist() for edges in settings.edges],
             "cells": settings.cells.ravel().tolist(),
@@ -78,19 +82,47 @@ def uniform_words(composition: Composition) -> list[Word]:
     ]
 
 
-def _glyph(word: Word, letter: int, regions: IntArray) -> dict[str, Any]:
-    glyph, affine = word.glyphs[letter], word.glyphs[letter].affine
-    layers = np.concatenate([affine.base[None], np.moveaxis(affine.deltas, -1, 0)])
+def _glyph(glyph: Glyph, font: Font, regions: Regions) -> dict[str, Any]:
+    outline, advance = (_over_final(v, font) for v in (glyph.outline, glyph.advance_width))
+    assert isinstance(advance, Affine)
+    kind, *parts = node = regions.node(outline)
+    drawn = {"points": parts[0], "regions": parts[1]} if kind == "affine" else {"outline": node}
     return {
         "name": glyph.name,
         "contours": list(glyph.contours),
-        "points": layers.astype("<f4").tobytes(),
-        "regions": regions[word.outline_regions[letter]].tolist(),
+        **drawn,
         "advance": {
-            "default": affine.advance_base,
-            "regions": regions[word.advance_regions[letter]].tolist(),
-            "deltas": affine.advance_deltas.tolist(),
+            "default": float(advance.base),
+            "regions": regions.indices(advance.support),
+            "deltas": advance.deltas.tolist(),
         },
+        "layers": [_layer(layer, font, regions) for layer in glyph.layers],
+    }
+
+
+def _over_final(quantity: Varying, font: Font) -> Varying:
+    """A quantity as a function of the coordinates after those that axes displace."""
+    return quantity.outer if font.moves_axes and isinstance(quantity, Composed) else quantity
+
+
+def _layer(layer: Layer, font: Font, regions: Regions) -> dict[str, Any]:
+    def node(quantity: Varying) -> Node:
+        return regions.node(_over_final(quantity, font))
+
+    paint, palette = layer.paint, font.palettes[0] if font.palettes else ()
+    colours = [
+        palette[entry] if entry is not None and entry < len(palette) else None
+        for entry in paint.entries
+    ]
+    return {
+        "contours": list(layer.glyph.contours),
+        "outline": node(layer.glyph.outline),
+        "kind": paint.kind,
+        "numbers": node(paint.numbers),
+        "frame": node(paint.frame),
+        "extend": paint.extend,
+        "colours": [colour and [round(255 * c) for c in colour[:3]] for colour in colours],
+        "alphas": [colour[3] if colour else 1 for colour in colours],
     }
 
 

@@ -1,4 +1,5 @@
 /** Takes the word away: CSS and Python for the clipboard, SVG and PNG as files. */
+import { layers } from "../view/colour.js";
 import { pathData, windowFor } from "../view/drawing.js";
 
 /** @typedef {import("./session.js").Session} Session @typedef {import("../word/forward.js").Layout} Layout */
@@ -27,7 +28,8 @@ export function svg(layout) {
   const { x, y, width, height } = windowFor(layout), { string, family } = layout.word;
   const title = `${string} in ${family}`.replace(/[&<>]/g, (c) => `&#${c.charCodeAt(0)};`);
   const paths = layout.row.order.map((_, i) =>
-    `<path transform="translate(${rounded(layout.x[i])} ${rounded(-layout.y[i])})" d="${pathData(layout, i)}"/>`);
+    `<g transform="translate(${rounded(layout.x[i])} ${rounded(-layout.y[i])})">${
+      layers(layout, i).map(({ outerHTML }) => outerHTML).join("") || `<path d="${pathData(layout, i)}"/>`}</g>`);
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="${[x, y, width, height].map(rounded).join(" ")}" width="${
     Math.round(PNG_HEIGHT * width / height)}" height="${PNG_HEIGHT}"><title>${title}</title>${paths.join("")}</svg>`;
 }

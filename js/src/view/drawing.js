@@ -2,6 +2,7 @@
  * A word as SVG: its letters, its baseline and the window onto them. Knows nothing of editing, so
  * whatever has a word and axis values can show it.
  */
+import { layers } from "./colour.js";
 import { svg } from "./dom.js";
 import { Layout } from "../word/forward.js";
 
@@ -12,9 +13,8 @@ const MOST = 40;
 
 const round = (/** @type {number} */ v) => Math.round(v * 10) / 10;
 
-/** Path data of a laid-out letter relative to its origin, y down. @param {Layout} layout @param {number} letter */
-export function pathData(layout, letter) {
-  const p = layout.points[letter], { contours, starts } = layout.glyphs[letter];
+/** Path data of closed contours, y down. @param {ArrayLike<number>} p @param {number[]} contours @param {number[]} starts */
+export function path(p, contours, starts) {
   let d = "";
   for (let c = 0; c < contours.length; c++) {
     if (contours[c] === 0) continue;
@@ -30,6 +30,9 @@ export function pathData(layout, letter) {
   return d;
 }
 
+/** Path data of a laid-out letter relative to its origin. @param {Layout} layout @param {number} letter */
+export const pathData = ({ points, glyphs }, letter) => path(points[letter], glyphs[letter].contours, glyphs[letter].starts);
+
 /** The window that shows a laid-out word with room around it. @param {Layout} layout @returns {Box} */
 export function windowFor(layout) {
   const [left, bottom, right, top] = layout.box(), { ascender, descender, unitsPerEm } = layout.word;
@@ -42,10 +45,11 @@ export class Drawing {
   constructor() {
     this.baseline = svg("line", { class: "vfw-baseline", x1: -1e5, x2: 1e5, y1: 0, y2: 0 });
     this.letters = svg("g", { class: "vfw-letters" });
+    this.colours = svg("g", { class: "vfw-colours" });
     /** For whoever draws on top of the word. */
     this.overlay = svg("g", { class: "vfw-overlay" });
     this.svg = svg("svg", { class: "vfw-svg", preserveAspectRatio: "xMidYMid meet" },
-      this.baseline, this.letters, this.overlay);
+      this.baseline, this.colours, this.letters, this.overlay);
     /** @type {Layout | null} */
     this.layout = null;
     /** The row of glyphs that the paths are for. @type {import("../word/rows.js").Row | null} */
@@ -79,10 +83,16 @@ export class Drawing {
     if (this.layout === null) return;
     if (this.layout.evaluate(axes).row !== this.row) this.place(this.layout);
     const paths = this.letters.children;
+    const colours = [];
     for (let i = 0; i < paths.length; i++) {
+      const place = { transform: `translate(${round(this.layout.x[i])} ${round(-this.layout.y[i])})` };
       paths[i].setAttribute("d", pathData(this.layout, i));
-      paths[i].setAttribute("transform", `translate(${round(this.layout.x[i])} ${round(-this.layout.y[i])})`);
+      paths[i].setAttribute("transform", place.transform);
+      // A colour glyph is pressed by its own outline, which is not seen.
+      paths[i].setAttribute("fill-opacity", this.layout.glyphs[i].layers.length ? "0" : "1");
+      colours.push(svg("g", place, ...layers(this.layout, i)));
     }
+    this.colours.replaceChildren(...colours.filter((group) => group.childNodes.length));
   }
 
   /**

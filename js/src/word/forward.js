@@ -4,6 +4,7 @@
  */
 import { cubic } from "./cubics.js";
 import { chain, rowAt, rowOf, valueOf } from "./rows.js";
+import { evaluate } from "./varying.js";
 
 /**
  * @typedef {{count: number, first: Int32Array, axis: Int32Array, start: Float64Array,
@@ -99,18 +100,23 @@ function height(v, start, peak, end) {
 }
 
 /**
- * γ(w), Eq. 2: how much of each delta set applies.
- * @param {Regions} regions @param {ArrayLike<number>} w normalized @param {Float64Array} out count
+ * γ(w) of one region, Eq. 2: how much of its delta set applies.
+ * @param {Regions} regions @param {number} j @param {ArrayLike<number>} w normalized
  */
+export function scalar({ first, axis, start, peak, end }, j, w) {
+  let product = 1;
+  for (let i = first[j]; i < first[j + 1] && product !== 0; i++) product *= height(w[axis[i]], start[i], peak[i], end[i]);
+  return product;
+}
+
+/** γ(w) of all regions. @param {Regions} regions @param {ArrayLike<number>} w normalized @param {Float64Array} out count */
 export function scalars(regions, w, out) {
-  const { count, first, axis, start, peak, end } = regions;
-  for (let j = 0; j < count; j++) {
-    let product = 1;
-    for (let i = first[j]; i < first[j + 1] && product !== 0; i++) product *= height(w[axis[i]], start[i], peak[i], end[i]);
-    out[j] = product;
-  }
+  for (let j = 0; j < regions.count; j++) out[j] = scalar(regions, j, w);
   return out;
 }
+
+/** The coordinates at which the regions apply: those of avar 2 where the font has it. @param {Word} word @param {ArrayLike<number>} w */
+export const final = (word, w) => (word.final ? evaluate(word.final, word.regions, w) : w);
 
 /**
  * The derivative of γ(w), one number for each entry of the supports: entry i of region j holds ∂γ_j by
@@ -160,8 +166,9 @@ export class Layout {
   /** @param {Word} word */
   constructor(word) {
     this.word = word;
-    this.w = new Float64Array(word.axes.length);
-    /** Scalars of the regions for each axis vector. @type {Float64Array[]} */
+    /** Final coordinates, and the scalars of the regions there, for each axis vector. @type {ArrayLike<number>[]} */
+    this.places = [];
+    /** @type {Float64Array[]} */
     this.gammas = [];
     this.set(word.rows[0], "");
   }
@@ -190,8 +197,9 @@ export class Layout {
     const vectors = shared ? [axes] : word.rows[0].order.map((_, i) => axes[i] ?? {});
     const choice = vectors.map((values, v) => {
       this.gammas[v] ??= new Float64Array(word.regions.count);
-      scalars(word.regions, coordinates(word, values, this.w), this.gammas[v]);
-      return rowAt(word, this.w);
+      this.places[v] = final(word, coordinates(word, values, new Float64Array(word.axes.length)));
+      scalars(word.regions, this.places[v], this.gammas[v]);
+      return rowAt(word, this.places[v]);
     });
     const key = String(choice);
     if (key !== this.key) this.set(rowOf(word, choice), key);
@@ -202,7 +210,9 @@ export class Layout {
     for (let i = 0; i < row.order.length; i++) {
       const twin = shared ? seen.get(row.order[i]) : undefined;
       if (twin === undefined) {
-        interpolate(this.glyphs[i], gamma(i), this.points[i]);
+        const { outline } = this.glyphs[i];
+        if (outline) this.points[i].set(evaluate(outline, word.regions, this.placeOf(i)));
+        else interpolate(this.glyphs[i], gamma(i), this.points[i]);
         seen.set(row.order[i], i);
       } else this.points[i].set(this.points[twin]);
       this.advance[i] = Math.max(0, valueOf(this.glyphs[i].advance, gamma(i)));
@@ -222,6 +232,11 @@ export class Layout {
     }
     for (let i = 0; i < row.order.length; i++) this.advance[i] *= row.bases[i];
     return this;
+  }
+
+  /** The final coordinates of a letter. @param {number} letter */
+  placeOf(letter) {
+    return this.places[this.places.length > 1 ? letter : 0];
   }
 
   /** Where the first line ends. */

@@ -1,13 +1,17 @@
 /** Positions of a few outline points as functions of the axes, with their derivatives (Eq. 3). No DOM. */
 import { bernstein } from "./cubics.js";
-import { scalars, slopes } from "./forward.js";
+import { final, scalars, slopes } from "./forward.js";
 import { chain, valueOf } from "./rows.js";
+import { evaluate } from "./varying.js";
 
 /**
  * @typedef {import("./forward.js").Handle} Handle
  * @typedef {import("./rows.js").Form} Form
  * @typedef {{letter: number, share: number, x: Form | null, y: Form | null}} Part  a form by the scalars of a letter
  */
+
+/** Step of a difference quotient, shorter than any distance that the solver keeps from a kink. */
+const STEP = 1e-9;
 
 /** Given in place of a handle: the end of the first line. */
 export const END = "end";
@@ -26,6 +30,7 @@ export class Positions {
     this.vectors = shared ? 1 : row.order.length;
     this.size = this.vectors * word.axes.length;
     this.points = handles.map((handle) => point(word, row, handle));
+    this.affine = !word.final && this.points.every(({ outline }) => !outline);
     this.gamma = Array.from({ length: this.vectors }, () => new Float64Array(word.regions.count));
     this.slopes = Array.from({ length: this.vectors }, () => new Float64Array(word.regions.axis.length));
     this.x = new Float64Array(handles.length);
@@ -37,13 +42,32 @@ export class Positions {
 
   /** @param {Float64Array} theta normalized coordinates, one axis vector after the other */
   evaluate(theta) {
+    const { x, y, dx, dy } = this;
+    // Where the points are not affine in the scalars at theta, difference quotients take the place of the slopes.
+    const columns = this.affine ? [] : Array.from(theta, (w, i) => {
+      const step = w + STEP > 1 ? -STEP : STEP;
+      this.set(theta.map((v, j) => (j === i ? v + step : v)));
+      return { x: x.slice(), y: y.slice(), step };
+    });
+    this.set(theta);
+    columns.forEach((moved, i) => x.forEach((_, p) => {
+      dx[p][i] = (moved.x[p] - x[p]) / moved.step;
+      dy[p][i] = (moved.y[p] - y[p]) / moved.step;
+    }));
+    return this;
+  }
+
+  /** Positions and slopes. @private @param {Float64Array} theta */
+  set(theta) {
     const { word, points, x, y, dx, dy } = this, n = word.axes.length;
+    /** @type {ArrayLike<number>[]} */
+    const places = [];
     for (let v = 0; v < this.vectors; v++) {
-      const w = theta.subarray(v * n, (v + 1) * n);
+      const w = places[v] = final(word, theta.subarray(v * n, (v + 1) * n));
       scalars(word.regions, w, this.gamma[v]);
       slopes(word.regions, w, this.slopes[v]);
     }
-    points.forEach(({ constant, parts, advances }, p) => {
+    points.forEach(({ constant, parts, advances, outline, weights, letter }, p) => {
       dx[p].fill(0);
       dy[p].fill(0);
       [x[p], y[p]] = constant;
@@ -55,8 +79,12 @@ export class Positions {
         // An advance is never negative, as in HarfBuzz.
         if (part.x && valueOf(part.x, this.scalarsOf(part.letter)) > 0) x[p] += this.add(part.x, part, dx[p]);
       }
+      const control = outline ? evaluate(outline, word.regions, places[this.shared ? 0 : letter]) : [];
+      for (const [at, weight] of outline ? weights : []) {
+        x[p] += weight * control[2 * at];
+        y[p] += weight * control[2 * at + 1];
+      }
     });
-    return this;
   }
 
   /** @private @param {number} letter */
@@ -78,6 +106,7 @@ export class Positions {
 
   /** The normalized coordinates at which the derivatives jump, for each axis. @returns {number[][]} */
   kinks() {
+    if (this.word.kinks) return this.word.kinks;
     const { regions, axes } = this.word, { first, axis, start, peak, end } = regions;
     const felt = new Set(this.points.flatMap(({ parts, advances }) =>
       [...parts, ...advances].flatMap((part) => [part.x, part.y].flatMap((form) => form?.regions ?? []))));
@@ -92,7 +121,8 @@ export class Positions {
 /**
  * A point as a sum of forms: its place in the letter, the steps that lead to the letter, and the advances before it.
  * @param {import("./decode.js").Word} word @param {import("./rows.js").Row} row @param {Handle | typeof END} handle
- * @returns {{constant: [number, number], parts: Part[], advances: Part[]}}
+ * @returns {{constant: [number, number], parts: Part[], advances: Part[], outline?: any,
+ *   weights: number[][], letter: number}}
  */
 function point(word, row, handle) {
   const letter = handle === END ? row.order.length : handle[0], last = (/** @type {number} */ i) => Math.max(row.anchors[i], 0);
@@ -102,18 +132,20 @@ function point(word, row, handle) {
   ]);
   const advances = row.pushed[letter].map(([i, share]) =>
     ({ letter: i, share, x: word.glyphs[row.order[i]].advance, y: null }));
-  const [dx, dy] = (handle === END ? null : word.offsets[letter]) ?? [0, 0];
-  if (handle !== END) parts.push({ letter, share: 1, ...within(word.glyphs[row.order[letter]], handle) });
-  return { constant: [dx + word.tracking * row.gaps[letter], dy], parts, advances };
+  const [dx, dy] = (handle === END ? null : word.offsets[letter]) ?? [0, 0], glyph = word.glyphs[row.order[letter]];
+  const weights = handle === END ? [] : blend(glyph, handle);
+  if (handle !== END && !glyph.outline) parts.push({ letter, share: 1, ...within(glyph, weights) });
+  return { constant: [dx + word.tracking * row.gaps[letter], dy], parts, advances, outline: glyph?.outline, weights, letter };
 }
 
-/** A point relative to the origin of its letter. @param {import("./decode.js").Glyph} glyph @param {Handle} handle */
-function within({ contours, starts, k, points, regions }, [, contour, segment, t]) {
-  const weights = bernstein(t);
-  const layer = (/** @type {number} */ index, /** @type {number} */ coordinate) => weights.reduce((sum, weight, i) => {
-    const at = starts[contour] + ((3 * segment + i) % (3 * contours[contour]));
-    return sum + weight * points[2 * (index * k + at) + coordinate];
-  }, 0);
+/** The control points that a point on a curve is a blend of, and their weights. @param {import("./decode.js").Glyph} glyph @param {Handle} handle */
+const blend = ({ contours, starts }, [, contour, segment, t]) =>
+  bernstein(t).map((weight, i) => [starts[contour] + ((3 * segment + i) % (3 * contours[contour])), weight]);
+
+/** A point relative to the origin of its letter. @param {import("./decode.js").Glyph} glyph @param {number[][]} weights */
+function within({ k, points, regions }, weights) {
+  const layer = (/** @type {number} */ index, /** @type {number} */ coordinate) =>
+    weights.reduce((sum, [at, weight]) => sum + weight * points[2 * (index * k + at) + coordinate], 0);
   const form = (/** @type {number} */ coordinate) =>
     ({ default: layer(0, coordinate), regions, deltas: regions.map((_, j) => layer(j + 1, coordinate)) });
   return { x: form(0), y: form(1) };

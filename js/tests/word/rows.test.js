@@ -90,7 +90,7 @@ test("malformed rows say what is wrong", () => {
   for (const change of [
     (row) => (row.anchors = [1, 0, 1, 2]), (row) => (row.anchors = [-1, 0, 5, 2]), (row) => (row.gaps = [0]),
     (row) => (row.pushed[1] = [[9, 1]]), (row) => (row.own[1] = step(0, 1, 2, 3)), (row) => (row.beside[1] = step(NaN)),
-  ]) assert.throws(broken((r) => change(r.rows[0])), /row of glyphs is malformed/);
-  assert.throws(broken((r) => (r.settings.cells = [0])), /settings are malformed/);
-  assert.throws(broken((r) => (r.settings.edges = [[0.5]])), /settings are malformed/);
+  ]) assert.throws(broken((r) => change(r.rows[0])), /malformed: a row of glyphs/);
+  assert.throws(broken((r) => (r.settings.cells = [0])), /malformed: the settings/);
+  assert.throws(broken((r) => (r.settings.edges = [[0.5]])), /malformed: the settings/);
 });
