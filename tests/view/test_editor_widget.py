@@ -6,6 +6,7 @@ import copy
 import re
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -628,3 +629,11 @@ def test_callbacks_hear_of_changes_and_of_releases(editor: Any) -> None:
     reply = drag(editor, handle, x, y, phase="up")
     assert reply["ok"] is False and "no luck" in reply["error"]
     assert drag(editor, handle, x, y)["ok"]
+
+
+def test_the_word_is_saved_as_a_static_font(editor: Any, tmp_path: Path) -> None:
+    editor.axes = {"wght": 700}
+    editor.to_font(tmp_path / "word.ttf")
+    saved = vf.Text(tmp_path / "word.ttf", editor.text.string)
+    assert saved.font.axes == ()
+    assert saved.advance() == pytest.approx(editor.text.advance(), abs=len(saved.glyphs))

@@ -30,6 +30,7 @@ from .history import History
 from .options import checked_height, refuse_unknown
 from .snapshot import Snapshot
 from .state import State, checked_locks, checked_pins
+from .steps import Steps
 from .word import describe_word
 
 STATE_TRAITS = ["axes", "shared", "_pins", "locks", "constraints"]
@@ -38,7 +39,7 @@ SNAPSHOT_HEIGHT = 180
 """Pixels of the picture that a saved notebook shows."""
 
 
-class Editor(Exports, anywidget.AnyWidget):
+class Editor(Exports, Steps, anywidget.AnyWidget):
     """A word to drag by its outline, with a slider for every axis.
 
     Hover over the outline to see the nearest point; press and drag to move it; click to pin or
@@ -169,35 +170,6 @@ class Editor(Exports, anywidget.AnyWidget):
             )
         self.on_msg(self._receive)
 
-    @property
-    def history(self) -> list[Text]:
-        """The states up to the present one, oldest first; each is a Text."""
-        return [state.text for state in self._history.states]
-
-    def undo(self) -> bool:
-        """Take back the last gesture or assignment.
-
-        Returns
-        -------
-        bool
-            False if there was nothing to undo.
-        """
-        return self._step(self._history.undo)
-
-    def redo(self) -> bool:
-        """Do again what was undone last.
-
-        Returns
-        -------
-        bool
-            False if there was nothing to redo.
-        """
-        return self._step(self._history.redo)
-
-    def restart(self) -> None:
-        """Go back to the state in which the editor began. This can be undone."""
-        self._step(self._history.restart)
-
     def on_change(self, callback: Callable[[Editor], object]) -> None:
         """Call a function after every change of the axes, also while a point is dragged.
 
@@ -218,12 +190,6 @@ class Editor(Exports, anywidget.AnyWidget):
         """
         self._on_release.append(callback)
 
-    def _step(self, move: Any) -> Any:
-        with self._lock:
-            done = move()
-            self._show()
-        return done
-
     def _ipython_display_(self) -> None:
         """Show the editor, and below it a picture that a saved notebook keeps."""
         from IPython.display import display
@@ -243,11 +209,30 @@ class Editor(Exports, anywidget.AnyWidget):
 
     def _adopt(self, state: State) -> None:
         """Make this the state, as a step of the history."""
-        self._history.record(state, self._naming)
-        self._show()
+        try:
+            self._history.record(state, self._naming)
+        finally:
+            self._show()
+
+    def notify_change(self, change: Any) -> None:
+        """Tell observers and the view of a change, or undo it if that fails or is interrupted."""
+        try:
+            super().notify_change(change)
+        except BaseException:
+            if not self._adopting:
+                self._show()
+            raise
 
     def _show(self) -> None:
-        """Make every trait agree with the present state."""
+        """Make every trait agree with the present state, even if that is interrupted once."""
+        try:
+            self._agree()
+        except BaseException:
+            self._adopting = False
+            self._agree()
+            raise
+
+    def _agree(self) -> None:
         state = self._history.present
         text = state.text
         with self._adoption(), self.hold_sync():

@@ -7,6 +7,7 @@ from typing import Any, overload
 
 from ..export.files import written
 from ..export.page import page, view
+from ..font import Font
 from .bundle import PAGE_STYLE
 
 PAGE_TRAITS = ("_word", "axes", "shared", "_pins", "locks", "constraints", "height", "theme")
@@ -54,3 +55,7 @@ class Exports:
     def to_css(self, path: str | os.PathLike[str] | None = None) -> str | None:
         """As :meth:`Text.to_css`, for the word at the present axes."""
         return self.text.to_css(path)
+
+    def to_font(self, path: str | os.PathLike[str] | None = None, name: str | None = None) -> Font:
+        """As :meth:`Text.to_font`: the word's glyphs at the present axes, as a static font."""
+        return self.text.to_font(path, name)

@@ -1,0 +1,154 @@
+"""An interrupt, such as Ctrl+C or a kernel's stop button, leaves every state whole."""
+
+from __future__ import annotations
+
+import itertools
+import linecache
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import process_time
+from types import FrameType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vfwidget as vf
+from vfwidget.view.constraints import place
+
+FEW, MANY = 12, 75
+"""Interrupts of each kind in the plain run, and in the slow one."""
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs an interval timer")
+
+
+@contextmanager
+def interrupt_after(seconds: float) -> Iterator[None]:
+    """Raise KeyboardInterrupt in the block after some processor time; the block may end before."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    # Timeouts of tests use the timer of elapsed time.
+    before = signal.signal(signal.SIGVTALRM, interrupt)
+    try:
+        signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+        yield
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        signal.signal(signal.SIGVTALRM, before)
+
+
+def interrupted(action: Callable[[int], object], count: int) -> Iterator[None]:
+    """Interrupt an action at random times within its usual duration, and yield after each."""
+    begin = process_time()
+    for i in range(3):
+        action(i)
+    duration = (process_time() - begin) / 3
+    for i, part in enumerate(np.random.default_rng(0).uniform(0.01, 1.05, count)):
+        with interrupt_after(part * duration):
+            action(i)
+        yield
+
+
+def assert_whole(editor: vf.Editor) -> None:
+    assert editor.axes == editor.value == editor.text.axes == editor.history[-1].axes
+    assert [place(pin) for pin in editor.pins] == editor._pins
+    assert editor._steps == [len(editor._history.past), len(editor._history.future)]
+
+
+counts = pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+
+
+@counts
+def test_an_editor_stays_whole(count: int) -> None:
+    editor = vf.Editor("recursive", "hand", axes={"wght": 600})
+    top = editor.text.nearest(100, 700)
+    x, y = editor.text.position(top).tolist()
+    sent: list[object] = []
+    editor.send = sent.append
+    rng = np.random.default_rng(1)
+
+    def drag(i: int) -> None:
+        target = [x + rng.uniform(-40, 60), y]
+        point = [top.glyph, top.contour, top.segment, top.t]
+        content = {"type": "drag", "view": "a", "seq": i, "phase": "move", "gesture": str(i)}
+        editor._receive(editor, {**content, "handle": point, "target": target}, [])
+        editor.pins = [top] if i % 2 else []
+        editor.undo()
+
+    for _ in interrupted(drag, count):
+        assert_whole(editor)
+        editor.axes = {"wght": 600}
+        assert editor.text.axes["wght"] == 600
+    assert sent
+
+
+@counts
+def test_a_solve_and_a_match_can_be_repeated(count: int) -> None:
+    text = vf.Text("dynapuff", "Sa")
+    top = text.nearest(100, 600)
+    x, y = text.position(top).tolist()
+    image = 1 - vf.rasterize(vf.Text("dynapuff", "a", axes={"wght": 600}), (48, 48))
+
+    def solve(_: int = 0) -> vf.Solution:
+        return vf.solve(text, [vf.Target(top, (x + 30, y + 10)), vf.StayClose()])
+
+    def match(_: int = 0) -> vf.Match:
+        return vf.match(image, "a", "dynapuff", progress=False)
+
+    for action in (solve, match):
+        expected = action().axes
+        for _ in interrupted(action, count):
+            pass
+        assert action().axes == expected
+
+
+def interrupt_at(step: int, action: Callable[[], object]) -> bool:
+    """Raise KeyboardInterrupt before the given line that the editor's module runs in an action."""
+    left = step
+
+    def trace(frame: FrameType, event: str, _: object) -> Any:
+        nonlocal left
+        if not frame.f_code.co_filename.endswith("view/editor.py"):
+            return trace if event == "call" else None
+        # Python cannot guard the moments between a guard and what it guards.
+        line = linecache.getline(frame.f_code.co_filename, frame.f_lineno).strip()
+        left -= event == "line" and line not in ("try:", "self._show()")
+        if left == 0:
+            raise KeyboardInterrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        action()
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
+
+
+def test_an_editor_stays_whole_wherever_it_is_interrupted() -> None:
+    editor = vf.Editor("recursive", "hand", axes={"wght": 600})
+    pin = editor.text.nearest(100, 700)
+
+    def change() -> None:
+        editor.axes = {"wght": 310 + step}
+        editor.pins = [pin]
+        editor.undo()
+
+    for step in itertools.count(1):
+        stopped = interrupt_at(step, change)
+        assert_whole(editor)
+        editor.axes = {"wght": 600}
+        editor.pins = []
+        assert_whole(editor)
+        if not stopped:
+            break
+    assert step > 20
