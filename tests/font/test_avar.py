@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import fonts
 import formats
 import numpy as np
@@ -99,3 +101,40 @@ def test_a_displacement_that_leads_nowhere_is_none():
     font = vf.load_font(formats.avar_2(store=False))
     assert font.final_coordinates([1, 0.75]).tolist() == [1, 0.75]
     assert font.glyph("a").is_affine
+
+
+# The inverse
+
+
+@pytest.mark.parametrize("source", sources())
+def test_final_coordinates_lead_back_to_axis_values_that_have_them(source):
+    font = vf.load_font(source())
+    lower, upper = font.bounds
+    for w in np.random.default_rng(3).uniform(lower, upper, (6, len(lower))):
+        final = font.final_coordinates(w)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", vf.AxisWarning)
+            values = font.denormalize(final, final=True)
+        back = font.final_coordinates(font.normalize(values))
+        np.testing.assert_allclose(back, final, rtol=0, atol=0.6 / F2DOT14)
+
+
+def test_the_inverse_by_hand():
+    font = vf.load_font(formats.avar_2())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert font.denormalize([1, 0.25], final=True) == pytest.approx({"wght": 900, "wdth": 175})
+        plain = vf.load_font("dynapuff")
+        assert plain.denormalize([1, 0], final=True) == plain.denormalize([1, 0])
+
+
+def test_final_coordinates_that_several_axis_values_have():
+    # A width of -0.5 … -1 is displaced to -1 by the full weight.
+    with pytest.warns(vf.AxisWarning, match="Several axis values lead to these final"):
+        values = vf.load_font(formats.avar_2()).denormalize([1, -1], final=True)
+    assert values == pytest.approx({"wght": 900, "wdth": 75}, abs=0.1)
+
+
+def test_final_coordinates_that_no_axis_values_have():
+    with pytest.raises(vf.AxisError, match=r"No axis values lead to .*\[1.0, 0.75\].* by 0.2"):
+        vf.load_font(formats.avar_2()).denormalize([1, 0.75], final=True)

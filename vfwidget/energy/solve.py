@@ -20,6 +20,7 @@ from .boundaries import Boundary, at_ends, cross
 from .descent import Descent, descend, held_axes
 from .energy import Energy
 from .handle_terms import Pin
+from .oblique import along_planes
 from .solution import UNREACHABLE, Solution
 from .term import MET, Term
 
@@ -108,12 +109,14 @@ def solve(
     tolerances = Tolerances(
         step=step_tolerance, absolute_cost=LEAST_GAIN * least, cost_floor=COST_FLOOR * least
     )
-    best = descend(energy, energy.unknowns.start, tolerances, max_iterations)
+
+    def run(energy: Energy, x: Array) -> Descent:
+        return descend(energy, x, tolerances, max_iterations)
+
+    best = along_planes(energy, run(energy, energy.unknowns.start), run)
     boundaries: list[Boundary] = []
     if restarts > 0:
-        energy, best, boundaries = cross(
-            energy, best, lambda found, x: descend(found, x, tolerances, max_iterations)
-        )
+        energy, best, boundaries = cross(energy, best, run)
     elsewhere = None
     if not best.meets_all and restarts > 0:
         # From far away stiff terms make narrow, curved valleys, so they are added near the end.

@@ -7,12 +7,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..arrays import Array, ArrayLike, is_tensor, like, to_array
-from ..errors import AxisError
+from ..errors import AxisError, AxisWarning, warn_caller
 from ..outline.composed import Composed, Displaced
 from ..outline.coordinates import check_coordinates
 from ..outline.varying import Varying
 from . import axes as axis_maths
 from .axes import Axis, NamedInstance
+from .inverse import preimage
 
 if TYPE_CHECKING:
     import torch
@@ -78,21 +79,54 @@ class DesignSpace:
             )
         return instance.axes
 
-    def denormalize(self, w: ArrayLike) -> dict[str, float]:
+    def denormalize(self, w: ArrayLike, *, final: bool = False) -> dict[str, float]:
         """Normalized coordinates (n,) to user coordinates by tag.
 
         Where a segment map is flat and so has no inverse, the user coordinate nearest the
         default is given.
 
+        Parameters
+        ----------
+        w : (n,) array
+        final : bool
+            Whether ``w`` are final coordinates, as in :meth:`final_coordinates`, which are those
+            that HarfBuzz reports. Default false. The two differ with ``avar`` version 2 only.
+
         Raises
         ------
         AxisError
-            ``w`` has the wrong length or holds NaN.
+            ``w`` has the wrong length or holds NaN, or no user coordinates lead to the final
+            coordinates; the message states how near the axes come to them.
+
+        Warns
+        -----
+        AxisWarning
+            Several user coordinates lead to the final coordinates; those nearest to the default
+            are given.
         """
         w = check_coordinates(w, len(self.axes))
         if w.ndim != 1:
             raise AxisError(f"One set of coordinates at a time, not {tuple(w.shape)}.")
-        return axis_maths.denormalize(self.axes, to_array(w))
+        found = to_array(w)
+        if final and self._displacement is not None:
+            found = self._before_displacement(self._displacement, found)
+        return axis_maths.denormalize(self.axes, found)
+
+    def _before_displacement(self, displacement: Displaced, final: Array) -> Array:
+        found = preimage(displacement, final, self.bounds)
+        if not found.exists:
+            nearest = axis_maths.denormalize(self.axes, found.w)
+            raise AxisError(
+                f"No axis values lead to the final coordinates {final.tolist()}. The nearest that "
+                f"were found, {nearest}, miss one of them by {found.distance:.4g}."
+            )
+        if not found.unique:
+            warn_caller(
+                "Several axis values lead to these final coordinates; those nearest to the "
+                "default are given.",
+                AxisWarning,
+            )
+        return found.w
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:

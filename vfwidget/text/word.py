@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Array, IntArray, like, namespace, padded_table, to_array
 from ..font import Font, Glyph
+from ..outline.composed import Composed
 from ..outline.contours import Contours
 from ..outline.cubics import bernstein
 from ..outline.variation import Regions, merge_regions, selection
@@ -127,6 +128,13 @@ class Word:
         varying = [v for glyph in self.glyphs for v in (glyph.outline, glyph.advance_width)]
         by_axis = zip(self.scalars.breakpoints, *(v.breakpoints for v in varying), strict=True)
         return [np.unique(np.concatenate(values)) for values in by_axis]
+
+    @cached_property
+    def final_breakpoints(self) -> list[Array]:
+        """The same in final coordinates, for a font whose axes move others."""
+        varying = [v for glyph in self.glyphs for v in (glyph.outline, glyph.advance_width)]
+        inner = [v.outer.breakpoints for v in (self.scalars, *varying) if isinstance(v, Composed)]
+        return [np.unique(np.concatenate(values)) for values in zip(*inner, strict=True)]
 
     @cached_property
     def kinks(self) -> Array:

@@ -1,0 +1,50 @@
+"""Kinks that are not parallel to the axes (avar 2)."""
+
+from __future__ import annotations
+
+import fonts
+import numpy as np
+import pytest
+from fontTools.ttLib import newTable
+from fontTools.ttLib.tables import otTables
+from fontTools.varLib import builder as varLib_builder
+
+import vfwidget as vf
+
+
+def folded() -> vf.Font:
+    """Weight moves the glyph by (100, 0); the final width, wdth - 0.8 wght, lifts it on both sides."""
+
+    def add(builder):
+        avar = builder.font["avar"] = newTable("avar")
+        avar.majorVersion, avar.segments = 2, {"wght": {}, "wdth": {}}
+        avar.table = otTables.avar()
+        regions = varLib_builder.buildVarRegionList([fonts.BOLD], ["wght", "wdth"])
+        rows = varLib_builder.buildVarData([0], [[0], [-13107]], optimize=False)
+        avar.table.VarIdxMap = None
+        avar.table.VarStore = varLib_builder.buildVarStore(regions, [rows])
+
+    square = fonts.outline([(0, 0), (0, 300), (300, 300), (300, 0)])
+    sets = [(fonts.BOLD, (100, 0)), (fonts.WIDE, (0, 400)), ({"wdth": (-1, -1, 0)}, (0, 400))]
+    deltas = {"a": [(region, [move] * 4 + fonts.STILL) for region, move in sets]}
+    return vf.load_font(fonts.build({"a": square}, deltas, edit=add))
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_drag_follows_the_fold_along_which_the_cost_falls(shared):
+    text = vf.Text(folded(), "a", shared=shared)
+    handle = text.handle(0, 0, 1)
+    x, y = text.position(handle).tolist()
+    # Either axis by itself leaves the fold and lifts the point; only both together follow it.
+    solution = vf.solve(text, vf.Target(handle, (x + 60, y - 50)), restarts=0)
+    assert solution.theta.numpy()[0] == pytest.approx([0.6, 0.48], abs=1e-3)
+    assert max(solution.misses) == pytest.approx(50, abs=1e-3)
+    assert solution.status == "unreachable"
+
+
+def test_a_locked_axis_stays():
+    text = vf.Text(folded(), "a")
+    handle = text.handle(0, 0, 1)
+    x, y = text.position(handle).tolist()
+    solution = vf.solve(text, vf.Target(handle, (x + 60, y - 50)), locks=["wdth"], restarts=0)
+    assert np.allclose(solution.theta, 0, atol=1e-6)
