@@ -13,7 +13,7 @@ import vfwidget as vf
 
 
 def folded() -> vf.Font:
-    """Weight moves the glyph by (100, 0); the final width, wdth - 0.8 wght, lifts it on both sides."""
+    """Weight moves the glyph by (100, 0); wdth - 0.8 wght lifts it on both sides of 0."""
 
     def add(builder):
         avar = builder.font["avar"] = newTable("avar")
