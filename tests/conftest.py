@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-import torch
+import os
 
-# The tensors are small: on a busy machine further threads only wait for one another.
+# The arrays are small: on a busy machine further threads of BLAS and torch only wait for one
+# another. NumPy reads the variable when it is loaded.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import torch  # noqa: E402
+
 torch.set_num_threads(1)

@@ -12,7 +12,10 @@ from pictures import axis_error, blurred, draw, miss, random_place, turned
 
 import vfwidget as vf
 from vfwidget.matching import Match
+from vfwidget.matching.fit import Options, fit
 from vfwidget.matching.images import basis
+from vfwidget.matching.looks import View
+from vfwidget.matching.placement import read_placement
 from vfwidget.matching.scene import PLACEMENT, Scene, State, _blur
 from vfwidget.raster import frame
 
@@ -144,6 +147,62 @@ def test_a_large_picture_is_made_smaller(text):
     assert found.image.shape == found.target.shape == (200, 180)
     assert axis_error(found, text) < CLEAN
     assert miss(found, text, frame(text, (200, 180)).numpy()) < 0.3
+
+
+# Glyphs that change at boundaries
+
+SWAPPED = [
+    ("g", {"MONO": 0.66, "wght": 500}, "g.mono"),
+    ("k", {"CRSV": 0.95, "CASL": 0.5, "wght": 600, "slnt": -9}, "k.italic"),
+]
+
+
+@pytest.mark.parametrize("string, axes, glyph", SWAPPED)
+def test_the_glyph_in_the_picture_is_found(string, axes, glyph):
+    truth = vf.Text("recursive", string, axes=axes)
+    assert [g.name for g in truth.glyphs] == [glyph]
+    found = match(draw(truth, (96, 96)), string, "recursive")
+    assert [g.name for g in found.text.glyphs] == [glyph]
+    assert found.score > 0.9999
+    assert axis_error(found, truth) < CLEAN
+
+
+@pytest.mark.parametrize("string, axes, glyph", SWAPPED)
+def test_a_fit_that_begins_with_another_glyph_finds_the_right_one(string, axes, glyph):
+    truth = vf.Text("recursive", string, axes=axes)
+    found = match(draw(truth, (96, 96)), string, "recursive", axes={"CRSV": 0.3})
+    assert [g.name for g in found.text.glyphs] == [glyph]
+    assert found.score > 0.9999
+
+
+def test_a_fit_goes_on_beyond_a_boundary():
+    text = vf.Text("recursive", "k", axes={"slnt": -14.9, "CRSV": 0.5})
+    truth = text.at({"slnt": -13.9, "CRSV": 0.5, "wght": 350})
+    assert text.glyphs != truth.glyphs
+    size = (64, 64)
+    scene = Scene(text, size)
+    own = np.zeros((1, 2)), np.zeros(1)
+    placement = read_placement(frame(truth, size), text)
+    start = State(text.coordinates, placement, 0.0, np.array([1.0]), 0.0, *own)
+    view = View(scene, draw(truth, size), start, ())
+    found = fit(view, Options(()), 40)
+    assert scene.text.moved(found.state.theta).glyphs == truth.glyphs
+    assert found.loss < 1e-9
+    assert len(found.path) == 1 + found.iterations + 1
+
+
+def test_a_scene_has_the_glyphs_of_each_location():
+    text = vf.Text("recursive", "kg")
+    places = [{}, {"CRSV": 1}, {"MONO": 1}, {"MONO": 1, "slnt": -15}, {"CRSV": 0.9}]
+    texts = [text.at(axes) for axes in places]
+    scene = Scene(text, (40, 60))
+    placement = read_placement(frame(text, (40, 60)), text)
+    thetas = np.stack([one.coordinates for one in texts])
+    covered = scene.coverage(thetas, np.tile(placement, (len(texts), 1)))
+    for image, one in zip(covered, texts, strict=True):
+        alone = vf.rasterize(one, (40, 60), scene.matrix(placement))
+        assert image == pytest.approx(alone.numpy())
+    assert len({tuple(g.name for g in one.glyphs) for one in texts}) == 3
 
 
 # Pictures that are spoilt

@@ -73,6 +73,8 @@ def cross(
         Those met, in order.
     """
     met: list[Boundary] = []
+    if len(energy.text.composition.settings.rows) == 1:
+        return energy, found, met
     for _ in range(MOST_CROSSINGS):
         best: tuple[Energy, Descent, Boundary] | None = None
         stays: list[Boundary] = []

@@ -10,6 +10,7 @@ only at their boundaries.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from itertools import product
 from math import prod
 from typing import Any
@@ -149,6 +150,15 @@ class Settings:
             for low, high in self.boxes(self.row_at(w))
             if ((low <= rounded) & (rounded <= high)).all()
         )
+        return self._inside(lower, upper)
+
+    @cached_property
+    def all_boxes(self) -> list[Box]:
+        """The boxes of all rows, from the first to the last coordinates inside each."""
+        return [self._inside(*box) for row in range(len(self.rows)) for box in self.boxes(row)]
+
+    def _inside(self, lower: Array, upper: Array) -> Box:
+        """The first and the last coordinates inside a box."""
         first, last = np.ceil(lower * F2DOT14) / F2DOT14, np.floor(upper * F2DOT14) / F2DOT14
         ends = self._bounds
         return np.where(lower > ends[0], first, lower), np.where(upper < ends[1], last, upper)

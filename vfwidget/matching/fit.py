@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Array
-from ..energy.descent import descend
+from ..energy.boundaries import cross
+from ..energy.descent import Descent, descend
 from ..energy.energy import Energy
 from ..errors import ImageError
 from ..solver.loss import LOSSES, signed_root
@@ -105,13 +106,17 @@ def _gauss_newton(energy: Energy, view: View, max_iterations: int, watch: Watch 
 
     faint = FAINT**2 * count * view.scale**2
     tolerances = Tolerances(relative_cost=1e-5, absolute_cost=faint, step=1e-7, gradient=1e-7)
-    found = descend(energy, energy.unknowns.start, tolerances, max_iterations, True, watched)
+
+    def descent(energy: Energy, start: Array) -> Descent:
+        return descend(energy, start, tolerances, max_iterations, True, watched)
+
+    energy, found, _ = cross(energy, descent(energy, energy.unknowns.start), descent)
     state = found.state
     return Fit(
         view,
         _state(energy, view, state.x),
         state.cost / count,
-        state.iterations,
+        found.iterations,
         state.outcome is not None and state.outcome.status == CONVERGED,
         [_state(energy, view, x) for x, _ in found.history],
     )

@@ -17,7 +17,7 @@ from ..text import Text
 from ..text.place import AXES, OFFSETS, TRACKING, Block
 from .images import ImageSource, part, read_image
 from .placement import place_on_ink, read_placement
-from .scene import PLACEMENT, Scene, State
+from .scene import BESIDE, PLACEMENT, Scene, State
 
 FITTED = (*PLACEMENT, "blur", "background")
 """What can be fitted in addition to the axes."""
@@ -224,7 +224,10 @@ class PictureRows:
 
     def own_residual(self, place: Mapping[str, Array]) -> Array:
         """The text's picture minus the given one, flat."""
-        return (self.view.scene.image(self._state(place)) - self.view.target).ravel()
+        return self._difference(self._state(place))
+
+    def _difference(self, state: State, slack: float = 0.0) -> Array:
+        return (self.view.scene.image(state, slack) - self.view.target).ravel()
 
     def residual(self, place: Mapping[str, Array]) -> Array:
         """See :class:`vfwidget.energy.rows.Rows`."""
@@ -233,11 +236,12 @@ class PictureRows:
 
     def jacobian(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
         """See :class:`vfwidget.energy.rows.Rows`."""
-        slope = signed_root(self.own_residual(place), self.term.loss, self.view.scale)[1]
+        state = self._state(place)
+        slope = signed_root(self._difference(state, BESIDE), self.term.loss, self.view.scale)[1]
         mine = {AXES, OFFSETS, TRACKING, *(self.prefix + part for part in self.view.blocks())}
         own = [name for name in slices if name in mine]
         parts = [name.removeprefix(self.prefix) for name in own]
-        rows = self.view.scene.jacobian(self._state(place), parts)
+        rows = self.view.scene.jacobian(state, parts)
         flat: Array = rows.reshape(len(rows), -1)
         flat *= self.root * slope
         if len(own) == len(slices):

@@ -18,7 +18,7 @@ from .images import Levels, noise_variance, part, shrink
 from .looks import View
 from .placement import place_on_ink, read_placement
 from .scene import Scene, State
-from .start import best_starts, candidates, felt, rank, readings
+from .start import best_apart, boxes_around, candidates, felt, rank, readings
 
 STAGES = ((48, 6), (96, 3))
 """Pixels of the longer side, and how many starts are fitted at them, before the last stage."""
@@ -202,7 +202,8 @@ class Search:
             small = self._view(STAGES[0][0])[1]
             levels, _ = part(small, settings.terms, settings.dark)
             return [self._state(settings.theta, settings.placement, levels)]
-        return best_starts(*self._candidates(), STAGES[0][1])
+        states, shares = self._candidates()
+        return [states[i] for i in best_apart(self.text, states, shares, STAGES[0][1])]
 
     def _coarse(self, starts: list[State]) -> list[State]:
         """The path of the best of several starts, each fitted to smaller pictures first."""
@@ -216,14 +217,38 @@ class Search:
                 (path, fit(view, settings.options, COARSE_ITERATIONS, self.watch))
                 for path, view in zip(paths, views, strict=False)
             ]
-            fits.sort(key=lambda one: one[1].loss)
-            paths = [path[:-1] + found.path for path, found in fits]
+            ends, losses = [found.state for _, found in fits], [found.loss for _, found in fits]
+            best = best_apart(self.text, ends, losses, len(fits))
+            paths = [fits[i][0][:-1] + fits[i][1].path for i in best]
             if self._view(side) is self._view(settings.resolution):
                 break
-        if settings.theta is None and felt(self.text).any(0).sum() >= MANY:
+        path = [*paths[0], *self._other_glyphs(paths[0][-1])]
+        movable = felt(self.text.moved(path[-1].theta)).any(0)
+        if settings.theta is None and movable.sum() >= MANY:
             self.progress("hops")
-            return [*paths[0], self._hop(paths[0][-1])]
-        return paths[0]
+            path.append(self._hop(path[-1]))
+        return path
+
+    def _other_glyphs(self, best: State) -> list[State]:
+        """Better states with other glyphs: fits from the nearest places of the boxes around."""
+        path: list[State] = []
+        around = boxes_around(self.text.moved(best.theta))
+        if not around:
+            return path
+        options = self.settings.options
+        self.progress("other glyphs")
+        loss = fit(self._picture(HOP_SIDE, best), options, HOP_ITERATIONS).loss
+        for letter, box in around:
+            if loss < PERFECT:
+                break
+            theta = best.theta.copy()
+            theta[letter] = theta[letter].clip(*box)
+            view = self._picture(HOP_SIDE, replace(best, theta=theta))
+            other = fit(view, options, HOP_ITERATIONS)
+            if other.loss < loss:
+                loss, best = other.loss, other.state
+                path.append(best)
+        return path
 
     def _hop(self, best: State) -> State:
         """Out of a local minimum: fits from where half of the axes stand elsewhere.
@@ -233,7 +258,7 @@ class Search:
         """
         lower, upper = self.text.font.bounds
         options = self.settings.options
-        chance, movable = np.random.default_rng(0), felt(self.text)
+        chance, movable = np.random.default_rng(0), felt(self.text.moved(best.theta))
         found = fit(self._picture(HOP_SIDE, best), options, HOP_ITERATIONS)
         for _ in range(HOPS):
             if found.loss < PERFECT:

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Array, ArrayLike, to_array
 from ..errors import ImageError
 from ..text import Text
-from .scene import Scene, middle
+from .scene import Scene, by_glyphs, middle
 
 CANVAS = 48
 """Pixels of the picture in which a candidate's ink is measured."""
@@ -61,8 +61,11 @@ def place_on_ink(text: Text, thetas: Array, ink: Array, factor: int, rotated: bo
     """
     size = (CANVAS, CANVAS)
     scene = Scene(text, size)
-    points = text.positions(text.point_set(), thetas)
-    low, high = points.min((0, 1)), points.max((0, 1))
+    points = [
+        each.positions(each.point_set(), thetas[at]).reshape(-1, 2)
+        for each, at in by_glyphs(text, thetas)
+    ]
+    low, high = (end(np.concatenate(points), 0) for end in (np.min, np.max))
     scale = 0.9 * CANVAS / max(float((high - low).max()), 1.0)
     here = np.array([CANVAS / 2, CANVAS / 2, math.log(scale), 0.0])
     offset = (low + high) / 2 - scene.centre

@@ -12,13 +12,14 @@ discrete Laplacian: so a fit can leave v = 0, where that of a sampled Gaussian h
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, IntArray
 from ..errors import ImageError
+from ..outline.contours import Contours
 from ..raster.coverage import Boundary, fill
 from ..text import Text
 from ..text.place import AXES, OFFSETS, TRACKING
@@ -77,7 +78,7 @@ class State:
 
 
 class Scene:
-    """Pictures of one text at one resolution.
+    """Pictures of one text at one resolution, at any location: with the glyphs that it has there.
 
     Parameters
     ----------
@@ -97,11 +98,8 @@ class Scene:
         self.text, self.factor = text, factor
         height, width = size
         self.shape = -(-height // factor), -(-width // factor)
-        self._outline = text.point_set()
-        self._sizes = text.word.contours
-        if not self._sizes:
+        if not text.word.contours:
             raise ImageError(f"There is no ink to match: {text.string!r} is blank.")
-        self._indices = self._sizes.segments
         self.centre = middle(text)
         self._latest: tuple[State, _Picture] | None = None
 
@@ -114,17 +112,21 @@ class Scene:
 
     def coverage(self, thetas: Array, placements: Array) -> Array:
         """Ink without blur of B candidates, (B, H, W), from (B, parameters, n) and (B, 4)."""
-        return self._fill(self.text.positions(self._outline, thetas), placements)[0]
+        covered = np.empty((len(thetas), *self.shape))
+        for text, at in by_glyphs(self.text, thetas):
+            points = text.positions(text.point_set(), thetas[at])
+            covered[at] = self._fill(text.word.contours, points, placements[at])[0]
+        return covered
 
-    def _fill(self, points: Array, placements: Array) -> tuple[Array, Boundary]:
+    def _fill(self, contours: Contours, points: Array, placements: Array) -> tuple[Array, Boundary]:
         """Coverage of B placed outlines with control points (B, K, 2)."""
         maps = np.stack([self.matrix(placement) for placement in placements]) / self.factor
         points = points @ np.swapaxes(maps[:, :, :2], 1, 2) + maps[:, None, :, 2]
-        return fill(points[:, self._indices], self._sizes, *self.shape)
+        return fill(points[:, contours.segments], contours, *self.shape)
 
-    def image(self, state: State) -> Array:
-        """The picture (H, W)."""
-        return self._picture(state).image
+    def image(self, state: State, slack: float = 0.0) -> Array:
+        """The picture (H, W), or the latest one if its state was no farther away than ``slack``."""
+        return self._picture(state, slack).image
 
     def paper(self, state: State) -> Array:
         """The picture without ink, (H, W)."""
@@ -152,7 +154,8 @@ class Scene:
         """
         # The solver may evaluate the slope beside a kink; the picture is that of the kink.
         picture = self._picture(state, BESIDE)
-        moves = self._moves(state, wanted)
+        text = self.text.moved_to(state.place)
+        moves = self._moves(text, state.placement, wanted)
         moving = moves.shape[-1]
         terms = len(state.light) if "background" in wanted else 0
         # One large array, whose parts are written in place.
@@ -160,7 +163,7 @@ class Scene:
         rows = np.zeros((sum(sizes), *self.shape))
         outline, blur, paper, ink = np.split(rows, np.cumsum(sizes[:-1]))
         if moving:
-            picture.boundary.derivative(moves[self._indices], outline[:, None])
+            picture.boundary.derivative(moves[text.word.contours.segments], outline[:, None])
             if picture.variance >= LEAST_BLUR:
                 outline[:] = _blur(outline, picture.variance)
         if len(blur):
@@ -173,16 +176,17 @@ class Scene:
             ink[:] = picture.covered
         return rows
 
-    def _moves(self, state: State, wanted: Sequence[str]) -> Array:
+    def _moves(self, text: Text, placement: Array, wanted: Sequence[str]) -> Array:
         """How the control points move in the picture by parts of the state, (K, 2, size)."""
-        points, by_theta = self._outline.positions_and_jacobian(state.place)
-        linear = self.matrix(state.placement)[:, :2] / self.factor
+        outline = text.point_set()
+        points, by_theta = outline.positions_and_jacobian(text.place)
+        linear = self.matrix(placement)[:, :2] / self.factor
         placed = (points - self.centre) @ linear.T
         count = len(points)
         parts = []
         if AXES in wanted:
             parts.append(linear @ by_theta.reshape(count, 2, -1))
-        by_block = self._outline.by_block.items()
+        by_block = outline.by_block.items()
         parts += [linear @ block for name, block in by_block if name in wanted]
         ahead = np.broadcast_to(np.eye(2) / self.factor, (count, 2, 2))
         turned = np.stack([-placed[:, 1], placed[:, 0]], -1)
@@ -197,8 +201,9 @@ class Scene:
         return self._latest[1]
 
     def _draw(self, state: State) -> _Picture:
-        points = self._outline.positions(state.place)
-        sharp, boundary = self._fill(points[None], state.placement[None])
+        text = self.text.moved_to(state.place)
+        points = text.point_set().positions(text.place)
+        sharp, boundary = self._fill(text.word.contours, points[None], state.placement[None])
         variance = state.blur / self.factor**2
         covered = _blur(sharp, variance)[0]
         light = self.paper(state)
@@ -217,8 +222,17 @@ class _Picture:
 
 def middle(text: Text) -> Array:
     """The middle of the box around the control points at the default, (2,), wherever text is."""
-    points = text.positions(text.point_set(), np.zeros_like(text.coordinates))
+    text = text.moved(np.zeros_like(text.coordinates))
+    points = text.positions(text.point_set(), text.coordinates)
     return (points.min(0) + points.max(0)) / 2
+
+
+def by_glyphs(text: Text, thetas: Array) -> Iterator[tuple[Text, IntArray]]:
+    """The text at one location of each row of glyphs that occurs, and which Θ (B, …) have it."""
+    words = [text.composition.word_at(theta) for theta in thetas]
+    for word in dict.fromkeys(words):
+        at = np.array([i for i, other in enumerate(words) if other is word])
+        yield text.moved(thetas[at[0]]), at
 
 
 def _blur(images: Array, variance: float) -> Array:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ..arrays import Array, BoolArray, IntArray
+from ..arrays import Array, ArrayLike, BoolArray, IntArray
+from ..font.settings import Box
 from ..text import Text
 from .images import basis
-from .scene import Scene, State
+from .scene import Scene, State, by_glyphs
 
 SWEEP = 160
 """Places of the design space that are tried."""
+IN_BOX, MOST_BOXES = 16, 10
+"""Places that are tried in each box with other glyphs than at the default, in so many boxes."""
+MOST_AROUND = 16
+"""Boxes with other glyphs that a match is continued in."""
 APART = 0.2
 """How far apart two starts are, in normalized coordinates, so that the second is worth a try."""
 MOST_COMPONENTS, SPECK = 6, 0.02
@@ -18,13 +25,44 @@ MOST_COMPONENTS, SPECK = 6, 0.02
 
 
 def candidates(text: Text) -> Array:
-    """Places spread over the design space, (SWEEP, parameters, n); all letters stand at one."""
+    """Places spread over the design space, (B, parameters, n); all letters stand at one.
+
+    There are ``SWEEP`` of them, and more in each box in which the text has other glyphs.
+    """
     lower, upper = text.font.bounds
     named = [text.font.normalize(dict(i.axes)).numpy() for i in text.font.instances]
     first = np.stack([np.zeros_like(lower), *named])[: SWEEP // 3]
     spread = lower + (upper - lower) * _spread(SWEEP - len(first), len(lower))
-    # An axis that moves nothing of a letter stays at its default there.
-    return np.concatenate([first, spread])[:, None] * felt(text)
+    settings = text.composition.settings
+    boxes = [box for row in range(1, len(settings.rows)) for box in settings.boxes(row)]
+    within = [low + (high - low) * _spread(IN_BOX, len(low)) for low, high in boxes[:MOST_BOXES]]
+    thetas = np.repeat(
+        np.concatenate([first, spread, *within])[:, None], text.composition.parameters, axis=1
+    )
+    for found, at in by_glyphs(text, thetas):
+        thetas[at] = without_idle(found, thetas[at])
+    return thetas
+
+
+def without_idle(text: Text, thetas: Array) -> Array:
+    """Θ (B, parameters, n) with axes that move nothing as near to their default as they can be.
+
+    Such an axis may still choose the glyphs, so it stays in the box in which they are these.
+    """
+    boxes = np.array([text.composition.bounds_at(theta) for theta in thetas])
+    return np.where(felt(text), thetas, np.clip(0.0, boxes[:, 0], boxes[:, 1]))
+
+
+def boxes_around(text: Text) -> list[tuple[int, Box]]:
+    """For each letter the boxes of the design space that it is not in, the nearest ones first."""
+    found = []
+    for letter, w in enumerate(text.coordinates):
+        for low, high in text.composition.settings.all_boxes:
+            distance = float(np.linalg.norm(w.clip(low, high) - w))
+            if distance > 0:
+                found.append((distance, letter, (low, high)))
+    found.sort(key=lambda one: one[0])
+    return [(letter, box) for _, letter, box in found[:MOST_AROUND]]
 
 
 def felt(text: Text) -> BoolArray:
@@ -95,13 +133,14 @@ def rank(scene: Scene, thetas: Array, places: Array, image: Array, terms: int) -
     return 1 - along / max(float(goal @ goal), 1e-12)
 
 
-def best_starts(states: list[State], unexplained: Array, count: int) -> list[State]:
-    """The best states that are not near a better one."""
-    chosen: list[State] = []
-    for i in np.argsort(unexplained, kind="stable"):
-        near = (np.abs(states[i].theta - other.theta).max() < APART for other in chosen)
-        if not any(near):
-            chosen.append(states[i])
+def best_apart(text: Text, states: Sequence[State], losses: ArrayLike, count: int) -> list[int]:
+    """The indices of the best states, none of which is near a better one with the same glyphs."""
+    words = [text.composition.word_at(state.theta) for state in states]
+    chosen: list[int] = []
+    for i in np.argsort(losses, kind="stable").tolist():
+        alike = (states[j].theta for j in chosen if words[j] is words[i])
+        if all(np.abs(states[i].theta - theta).max() >= APART for theta in alike):
+            chosen.append(i)
         if len(chosen) == count:
             break
     return chosen
