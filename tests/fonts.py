@@ -19,6 +19,7 @@ from fontTools.ttLib.tables.DefaultTable import DefaultTable
 from fontTools.ttLib.tables.ttProgram import Program
 from fontTools.ttLib.tables.TupleVariation import TupleVariation
 from fontTools.varLib import builder
+from fontTools.varLib.featureVars import addFeatureVariations
 
 Region = dict[str, tuple[float, float, float]]
 DeltaSet = tuple[Region, list[Any]]
@@ -391,3 +392,18 @@ def with_segment_map(pairs: Sequence[tuple[float, float]]) -> bytes:
         raw.data = struct.pack(f">{len(numbers)}h", *numbers)
 
     return build({"a": outline(SQUARE)}, {"a": []}, axes=(WEIGHT,), edit=add)
+
+
+def swapping(
+    conditions: list[dict[str, tuple[float, float]]],
+    edit: Callable[[FontBuilder], None] | None = None,
+    deltas: Mapping[str, Sequence[DeltaSet]] | None = None,
+) -> bytes:
+    """A square ``a`` that becomes a bowl inside some boxes of weight and width."""
+
+    def add(font: FontBuilder) -> None:
+        addFeatureVariations(font.font, [(conditions, {"a": "bowl"})])
+        if edit:
+            edit(font)
+
+    return build({"a": outline(SQUARE), "bowl": outline(BOWL)}, deltas or {}, edit=add)

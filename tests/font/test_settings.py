@@ -5,8 +5,8 @@ from __future__ import annotations
 import fonts
 import numpy as np
 import pytest
+from fontTools.fontBuilder import FontBuilder
 from fontTools.ttLib.tables import otTables
-from fontTools.varLib.featureVars import addFeatureVariations
 
 import vfwidget as vf
 from vfwidget.errors import TextError
@@ -77,21 +77,9 @@ def test_boxes_cover_the_design_space_once(string: str) -> None:
         assert inside == [found.row_at(w)]
 
 
-def swapping_font(conditions: list[dict[str, tuple[float, float]]], edit=None) -> bytes:
-    """A square that becomes a bowl inside some boxes."""
-
-    def add(builder) -> None:
-        addFeatureVariations(builder.font, [(conditions, {"a": "bowl"})])
-        if edit:
-            edit(builder.font["GSUB"].table.FeatureVariations)
-
-    glyphs = {"a": fonts.outline(fonts.SQUARE), "bowl": fonts.outline(fonts.BOWL)}
-    return fonts.build(glyphs, {}, edit=add)
-
-
 def test_overlapping_boxes_and_empty_sides() -> None:
     boxes = [{"wght": (0.25, 0.5)}, {"wght": (0.5, 1), "wdth": (-1, 0)}, {"wdth": (1, 1)}]
-    font = vf.load_font(swapping_font(boxes))
+    font = vf.load_font(fonts.swapping(boxes))
     found = settings(font, "a")
     for wght in np.linspace(-1, 1, 17):
         for wdth in np.linspace(-1, 1, 17):
@@ -107,14 +95,15 @@ def test_overlapping_boxes_and_empty_sides() -> None:
 
 
 def test_a_condition_that_is_no_range_is_refused() -> None:
-    def edit(variations: otTables.FeatureVariations) -> None:
+    def edit(builder: FontBuilder) -> None:
+        variations = builder.font["GSUB"].table.FeatureVariations
         condition = variations.FeatureVariationRecord[0].ConditionSet.ConditionTable[0]
         negation = otTables.ConditionTable()
         negation.Format = 5
         negation.ConditionTable = condition
         variations.FeatureVariationRecord[0].ConditionSet.ConditionTable[0] = negation
 
-    font = vf.load_font(swapping_font([{"wght": (0.25, 0.5)}], edit))
+    font = vf.load_font(fonts.swapping([{"wght": (0.25, 0.5)}], edit))
     with pytest.raises(TextError, match="condition of format 5"):
         settings(font, "a")
 

@@ -12,6 +12,7 @@ something to stay readable, a line below it says so.
 from .axes import axis_effect, normalization
 from .instances import gallery
 from .scaling import delta_sets, scalars, support
+from .settings import settings
 from .shapes import jacobian, layout, outline
 
 __all__ = [
@@ -23,5 +24,6 @@ __all__ = [
     "normalization",
     "outline",
     "scalars",
+    "settings",
     "support",
 ]
