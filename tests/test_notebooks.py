@@ -20,6 +20,7 @@ LONG = {
     "08-direct-manipulation",
     "09-collisions",
     "11-raster-font-matching",
+    "12-settings-and-shaping",
 }
 """Notebooks that run for ten seconds or more."""
 SECONDS = 90

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
@@ -35,14 +35,14 @@ class Side(NamedTuple):
     Attributes
     ----------
     axis : Axis
-    index : int
-        The number of the axis.
+    number : int
+        The index of the axis.
     parts : list of (int, float, float)
         For each part that is drawn: its index among the cells, and its ends.
     """
 
     axis: Axis
-    index: int
+    number: int
     parts: list[tuple[int, float, float]]
 
 
@@ -95,7 +95,7 @@ def settings(
     combinations = list(product(*(side.parts for side in others)))
     host, made = panels(ax, min(len(combinations), MOST_PANELS))
     for panel, chosen in zip(made, combinations, strict=False):
-        fixed = {side.index: part for side, part in zip(others, chosen, strict=True)}
+        fixed = {side.number: part for side, part in zip(others, chosen, strict=True)}
         _draw_panel(panel, text, w, across, fixed)
         named = (_range(text.font, side, part) for side, part in zip(others, chosen, strict=True))
         panel.set_title(plain(", ".join(named)), fontsize="large")
@@ -146,31 +146,27 @@ def _draw_panel(
     font, found = text.font, text.composition.settings
     counts = [len(side.parts) for side in across] + [1] * (2 - len(across))
     rows = np.empty(counts, dtype=int)
-    for cell in np.ndindex(*counts):
+    for cell in np.ndindex(counts[0], counts[1]):
         parts = dict(fixed)
-        parts |= {side.index: side.parts[k] for side, k in zip(across, cell, strict=False)}
+        parts |= {side.number: side.parts[k] for side, k in zip(across, cell, strict=False)}
         index = [parts[i][0] if i in parts else 0 for i in range(len(font.axes))]
         rows[cell] = found.cells[tuple(index)] if font.axes else 0
-        style = {"facecolor": _colour(rows[cell]), "linewidth": 0}
-        panel.add_patch(Rectangle(cell, 1, 1, **style))
+        panel.add_patch(Rectangle(cell, 1, 1, facecolor=_colour(rows[cell]), linewidth=0))
         _draw_text(panel, _inside(text, w, parts, rows[cell]), np.array(cell))
-    for cell in np.ndindex(*counts):
-        x, y = cell
-        if x and rows[x - 1, y] != rows[cell]:
+    for x, y in np.ndindex(counts[0], counts[1]):
+        if x and rows[x - 1, y] != rows[x, y]:
             panel.plot([x, x], [y, y + 1], color=ink(), lw=1.5)
-        if y and rows[x, y - 1] != rows[cell]:
+        if y and rows[x, y - 1] != rows[x, y]:
             panel.plot([x, x + 1], [y, y], color=ink(), lw=1.5)
     at = [_place(0.0, side) for side in across] + [0.1] * (2 - len(across))
     if all(part[1] <= 0.0 <= part[2] for part in fixed.values()):
         panel.plot(*at, color=ink(), marker="o", fillstyle="none", ms=9, clip_on=False)
     panel.set(xlim=(0, counts[0]), ylim=(0, counts[1]), aspect="equal", xticks=[], yticks=[])
-    for side, set_ticks, set_label in zip(
-        across, (panel.set_xticks, panel.set_yticks), (panel.set_xlabel, panel.set_ylabel),
-        strict=False,
-    ):  # fmt: skip
+    for side, shown in zip(across, (panel.xaxis, panel.yaxis), strict=False):
         ends = [side.parts[0][1], *(high for _, _, high in side.parts)]
-        set_ticks(range(len(ends)), [_tick(font, side, end) for end in ends], fontsize="medium")
-        set_label(axis_label(side.axis), fontsize="large")
+        names = [_tick(font, side, end) for end in ends]
+        shown.set_ticks(range(len(ends)), labels=names, fontsize="medium")
+        shown.set_label_text(axis_label(side.axis), fontsize="large")
 
 
 def _inside(text: Text, w: Array, parts: Mapping[int, Any], row: int) -> Text | None:
@@ -207,7 +203,7 @@ def _place(w: float, side: Side) -> float:
 def _tick(font: Font, side: Side, end: float) -> str:
     if font.moves_axes:
         return f"{end:.3g}"
-    lower, upper = (float(bound[side.index]) for bound in font.bounds)
+    lower, upper = (float(bound[side.number]) for bound in font.bounds)
     # A flat end of the segment map has many user values.
     ends = {lower: side.axis.minimum, upper: side.axis.maximum}
     return f"{round(ends.get(end, side.axis.denormalize(end)), 2):.4g}"
@@ -231,6 +227,6 @@ def _some(names: list[str]) -> str:
     return " ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
-def _colour(row: int) -> tuple[float, ...]:
+def _colour(row: int) -> str:
     rgb = np.array(to_rgb(COLOURS[row % len(COLOURS)]))
-    return tuple(rgb + PALE * (1 - rgb))
+    return to_hex(tuple(rgb + PALE * (1 - rgb)))
