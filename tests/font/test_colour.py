@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from xml.etree import ElementTree
 
 import fonts
@@ -168,10 +169,19 @@ def test_what_is_not_drawn_is_named():
         assert len(font.glyph("c").layers) == 2
 
 
+def test_a_colour_glyph_is_pickled_with_its_layers():
+    glyph = vf.load_font(formats.flat_colours()).glyph("b")
+    twin = pickle.loads(pickle.dumps(glyph))
+    assert len(twin.layers) == 2
+    assert torch.equal(twin.layers[0].glyph.default, glyph.layers[0].glyph.default)
+
+
 def test_paints_without_end_are_refused():
     font = vf.load_font(formats.coloured())
     with pytest.raises(vf.FontError, match="COLR table is damaged: the paints of glyph 'd' nest"):
-        font.glyph("d")
+        len(font.glyph("d").layers)
+    # Its outline is read nevertheless.
+    assert font.glyph("d").contours == (3,)
 
 
 def test_palettes_and_the_tables_that_are_read():

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import json
-import re
 import warnings
 
 import fonts
@@ -13,6 +10,7 @@ import numpy as np
 import pytest
 import torch
 from referee import HarfBuzz, check, locations
+from rendering_cases import CASES, TOLERANCE, differences
 
 import vfwidget as vf
 
@@ -23,9 +21,6 @@ FORMATS = [
     for path in sorted((formats.CONFORMANCE / "formats").glob("*.?tf"))
     if path.name not in AVAR_2
 ]
-CASES = formats.CONFORMANCE / "text-rendering-tests.json"
-SAMPLES = 9
-TRT = json.loads(CASES.read_text(encoding="utf-8")) if CASES.is_file() else []
 
 
 def check_all(data: bytes, count: int = 8) -> None:
@@ -51,58 +46,10 @@ def test_formats_of_public_test_suites(path):
     check_all(path.read_bytes())
 
 
-def shape_of_path(path: str) -> np.ndarray:
-    """Points along an SVG path of absolute M, L, Q and C, to compare outlines of other starts."""
-    points: list[np.ndarray] = []
-    here = start = np.zeros(2)
-    for command, numbers in re.findall(r"([MLQCZ])([^MLQCZ]*)", path):
-        values = np.array(re.findall(r"-?[\d.]+", numbers), dtype=float).reshape(-1, 2)
-        if command == "M":
-            here = start = values[0]
-            continue
-        controls = np.concatenate([[here], values if len(values) else [start]])
-        points.append(along(controls))
-        here = controls[-1]
-    return np.concatenate(points) if points else np.zeros((0, 2))
-
-
-def along(controls: np.ndarray) -> np.ndarray:
-    """Points along a Bézier curve of any degree, by de Casteljau."""
-    t = np.linspace(0, 1, SAMPLES)[:, None]
-    layers = [np.broadcast_to(point, (SAMPLES, 2)) for point in controls]
-    while len(layers) > 1:
-        layers = [(1 - t) * a + t * b for a, b in itertools.pairwise(layers)]
-    return layers[0]
-
-
-def distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Hausdorff distance of two sets of points."""
-    if not len(one) or not len(other):
-        return 0.0 if len(one) == len(other) else np.inf
-    apart = np.hypot(*(one[:, None] - other[None]).transpose(2, 0, 1))
-    return float(max(apart.min(0).max(), apart.min(1).max()))
-
-
 @formats.needs_conformance
-@pytest.mark.parametrize("case", TRT, ids=[case["id"] for case in TRT])
+@pytest.mark.parametrize("case", CASES, ids=[case["id"] for case in CASES])
 def test_text_rendering_tests(case):
-    data = (formats.CONFORMANCE / "trt-fonts" / case["font"]).read_bytes()
-    font = vf.load_font(data)
-    tags = {axis.tag for axis in font.axes}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", vf.AxisWarning)
-        w = font.normalize({tag: v for tag, v in case["variations"].items() if tag in tags})
-    scale = 1000 / font.units_per_em
-    referee = HarfBuzz(fonts.open_font(data))
-    referee.font.set_variations(case["variations"])
-    row = [font.glyph(glyph_id) for glyph_id in referee.glyph_ids(case["text"])]
-    for glyph, want in zip(row, case["glyphs"], strict=True):
-        cubics = [s for contour in glyph.segments(w) for s in contour.numpy() * scale]
-        points = np.concatenate([along(c) for c in cubics]) if cubics else np.zeros((0, 2))
-        assert distance(points, shape_of_path(want["path"])) <= 2
-    assert sum(float(glyph.advance(w)) for glyph in row) * scale == pytest.approx(
-        case["advance"], abs=2
-    )
+    assert max(differences(case)) <= TOLERANCE
 
 
 # Static fonts

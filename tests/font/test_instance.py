@@ -6,6 +6,7 @@ import fonts
 import formats
 import numpy as np
 import pytest
+import torch
 from fontTools.ttLib import TTFont
 from fontTools.ttLib.tables.DefaultTable import DefaultTable
 from referee import HarfBuzz
@@ -109,3 +110,23 @@ def test_a_text_as_a_font(tmp_path):
 def test_a_text_whose_letters_have_axes_of_their_own_is_no_font():
     with pytest.raises(vf.TextError, match="one location for all letters"):
         vf.Text("recursive", "fin", shared=False).to_font()
+
+
+def test_an_instance_of_postscript_outlines_may_join_lines_but_fills_the_same_area():
+    # fontTools joins lines that follow one another in one direction, also where the second goes
+    # back. The instance then has fewer points, and the same area.
+    parent = vf.load_font(formats.random_cff2())
+    instance = parent.instance({"wght": 400, "wdth": 100})
+    joined = 0
+    for name in "abcdef":
+        glyph, twin = parent.glyph(name), instance.glyph(name)
+        joined += glyph.contours != twin.contours
+        outlines = [glyph.segments([0, 0]), twin.segments([])]
+        points = torch.cat([contour.reshape(-1, 2) for contour in outlines[0]])
+        low, size = points.amin(0), float((points.amax(0) - points.amin(0)).max())
+        images = [
+            vf.rasterize([(contour - low) * (48 / size) for contour in outline], (48, 48))
+            for outline in outlines
+        ]
+        torch.testing.assert_close(images[1], images[0], rtol=0, atol=1e-6)
+    assert joined

@@ -111,6 +111,9 @@ class ColourReader:
         index = getattr(table, "VarIndexMap", None)
         self._index = index.mapping if index else None
 
+    def __contains__(self, name: str) -> bool:
+        return name in self.paints or name in self._flat
+
     def read(self, name: str) -> tuple[Layer, ...]:
         """The layers of one glyph, from back to front; none if it has no colours.
 

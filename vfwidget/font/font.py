@@ -15,7 +15,7 @@ from fontTools.ttLib import TTFont
 from ..arrays import Array, ArrayLike, IntArray
 from ..errors import FontError, GlyphError
 from ..outline.coordinates import check_coordinates
-from ..outline.glyph import Glyph
+from ..outline.glyph import Glyph, Layer
 from ..outline.varying import Varying
 from . import axes as axis_maths
 from . import names
@@ -172,6 +172,9 @@ class Font(DesignSpace):
     ) -> Font:
         """A font of its own, with axes pinned or narrowed; :meth:`save` writes it to a file.
 
+        fontTools rounds its outlines to whole units. In PostScript outlines it also joins lines
+        that follow one another in one direction, so the instance may have fewer points.
+
         Parameters
         ----------
         axes : mapping of tag to number or range, or NamedInstance
@@ -264,6 +267,8 @@ class Font(DesignSpace):
     def _read_glyph(self, name: str) -> Glyph:
         with damage(f"The data of glyph {name!r} are damaged"):
             glyph = self._reader.read(name)
+            if self._reader.has_layers(name):
+                glyph.read_layers = _layers_later(self._reader, self._reading, name)
             return glyph.over(self._displacement) if self._displacement else glyph
 
     def __len__(self) -> int:
@@ -338,3 +343,15 @@ class Font(DesignSpace):
             (-np.ones(n), np.ones(n)) if self.moves_axes else self.bounds,
             lambda final: self._shaper.shape(string, final, options, lambda _: 0.0),
         )
+
+
+def _layers_later(
+    reader: GlyphReader, reading: RLock, name: str
+) -> Callable[[], tuple[Layer, ...]]:
+    """A function that reads the layers of a glyph; it does not keep the font alive."""
+
+    def read() -> tuple[Layer, ...]:
+        with reading, damage(f"The colours of glyph {name!r} are damaged"):
+            return reader.layers(name)
+
+    return read

@@ -6,7 +6,7 @@ import numpy as np
 from fontTools.ttLib import TTFont
 
 from ..errors import FontError
-from ..outline.glyph import Glyph
+from ..outline.glyph import Glyph, Layer
 from ..outline.varying import Affine, Varying
 from .cff import CffReader
 from .colour import ColourReader
@@ -52,23 +52,24 @@ class GlyphReader:
         vertical = "vmtx" in font or "VMTX" in font
         self._heights = Advances(font, axis_count, vertical=True) if vertical else None
         with damage("The COLR table is damaged"):
-            self._colours = ColourReader(font, axis_count, self._draw) if "COLR" in font else None
+            self._colours = ColourReader(font, axis_count, self.read) if "COLR" in font else None
+
+    def layers(self, name: str) -> tuple[Layer, ...]:
+        """What a colour glyph paints, as :meth:`ColourReader.read` gives it."""
+        return self._colours.read(name) if self._colours else ()
+
+    def has_layers(self, name: str) -> bool:
+        """Whether this is a colour glyph."""
+        return self._colours is not None and name in self._colours
 
     def read(self, name: str) -> Glyph:
-        """Unpack one glyph with its colours.
+        """Unpack one glyph, without its layers.
 
         Raises
         ------
         FontError
             The glyph's data are damaged.
         """
-        glyph = self._draw(name)
-        if self._colours:
-            glyph.layers = self._colours.read(name)
-        return glyph
-
-    def _draw(self, name: str) -> Glyph:
-        """A glyph without its colours."""
         glyph_id: int = self._font.getGlyphID(name)
         drawn = self._outlines.read(name)
         width = Affine(*self._widths.read(name, glyph_id, drawn.width, drawn.support))

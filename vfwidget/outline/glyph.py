@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..arrays import Array, ArrayLike, to_tensor
@@ -82,7 +83,8 @@ class Glyph:
     advance_height : Varying or None
         The advance of vertical text in the same form; None where the font has no vertical metrics.
     layers : tuple of Layer
-        What a colour glyph paints, from back to front. Empty for other glyphs.
+        What a colour glyph paints, from back to front; read when first used. Empty for other
+        glyphs.
 
     Raises
     ------
@@ -108,7 +110,7 @@ class Glyph:
     outline: Varying
     advance_width: Varying
     advance_height: Varying | None = None
-    layers: tuple[Layer, ...] = ()
+    read_layers: Callable[[], tuple[Layer, ...]] | None = None
 
     def __init__(
         self,
@@ -197,8 +199,21 @@ class Glyph:
     @property
     def nbytes(self) -> int:
         """Memory of the glyph's arrays, in bytes."""
-        painted = sum(layer.glyph.nbytes for layer in self.layers)
-        return self.outline.nbytes + self.advance_width.nbytes + painted
+        return self.outline.nbytes + self.advance_width.nbytes
+
+    @cached_property
+    def layers(self) -> tuple[Layer, ...]:
+        """See the attributes of the class."""
+        return self.read_layers() if self.read_layers else ()
+
+    def __copy__(self) -> Glyph:
+        twin = Glyph.__new__(Glyph)
+        twin.__dict__.update(self.__dict__)
+        return twin
+
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy that is sent elsewhere takes its layers along."""
+        return {**self.__dict__, "layers": self.layers, "read_layers": None}
 
     @property
     def default(self) -> torch.Tensor:
@@ -285,7 +300,9 @@ class Glyph:
         twin.advance_width = Composed(self.advance_width, coordinates)
         if self.advance_height is not None:
             twin.advance_height = Composed(self.advance_height, coordinates)
-        twin.layers = tuple(layer.over(coordinates) for layer in self.layers)
+        if self.read_layers:
+            twin.__dict__.pop("layers", None)
+            twin.read_layers = lambda: tuple(layer.over(coordinates) for layer in self.layers)
         return twin
 
     def _check(self, w: ArrayLike) -> torch.Tensor:

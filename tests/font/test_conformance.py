@@ -1,0 +1,25 @@
+"""The table of docs/conformance.md, by fewer glyphs and places."""
+
+from __future__ import annotations
+
+import conformance
+import formats
+import pytest
+
+
+@pytest.mark.parametrize("name", conformance.MADE_UP)
+def test_formats_made_up_agree_with_harfbuzz(name):
+    covers = conformance.MADE_UP[name]
+    row = conformance.compare(name, covers, getattr(formats, name)(), glyphs=2, count=12)
+    assert row.holds, row
+
+
+@pytest.mark.slow
+def test_every_font_of_the_table_agrees_with_harfbuzz():
+    rows = [
+        conformance.compare(name, covers, read(), glyphs=4, count=40)
+        for name, covers, read in conformance.sources()
+    ]
+    rows = [row for row in rows if row]
+    assert len(rows) >= 15
+    assert [str(row) for row in rows if not row.holds] == []
