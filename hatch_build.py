@@ -37,7 +37,7 @@ class ViewBuildHook(BuildHookInterface[Any]):
 
     def _is_built(self) -> bool:
         root = Path(self.root)
-        last_output = root / "vfwidget" / "static" / "editor.css"
+        last_output = root / "vfwidget" / "static" / "player.css"
         if not last_output.exists():
             return False
         if (root / "PKG-INFO").exists():  # in an sdist the file times have no meaning

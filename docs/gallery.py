@@ -1,6 +1,6 @@
 """Run notebooks and render them as pages that need no kernel: ``python docs/gallery.py site``.
 
-The editors work on their pages. Outputs that need a kernel are shown as they were after
+The editors and players work on their pages. Outputs that need a kernel are shown as they were after
 the run. A page loads nothing from the network, because equations are MathML, and figures and views
 are part of the page.
 """
@@ -28,9 +28,12 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_output
 from pygments.formatters import HtmlFormatter
 
+from vfwidget.export.page import STATE as EDITOR
 from vfwidget.export.page import page, view
+from vfwidget.view import player
 from vfwidget.view.editor import Editor
 from vfwidget.view.exports import PAGE_TRAITS
+from vfwidget.view.player import Player
 from vfwidget.view.snapshot import SNAPSHOT
 
 ROOT = Path(__file__).parents[1]
@@ -39,6 +42,14 @@ SECONDS = 90
 """Time limit of a cell; a whole notebook takes less."""
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
 WIDGET_STATE = "application/vnd.jupyter.widget-state+json"
+
+
+def _name(widget: type) -> str:
+    return f"{widget.__module__}.{widget.__qualname__}"
+
+
+VIEWS = {_name(Editor): (EDITOR, PAGE_TRAITS), _name(Player): (player.STATE, player.PAGE_TRAITS)}
+"""The kind of view and its traits for each widget that works on a page."""
 
 
 def run(path: Path) -> NotebookNode:
@@ -139,8 +150,9 @@ class Widgets:
         """Yield a live view, the content of a box, the last picture of a widget, or a note."""
         model = self.models[name]
         state = model["state"]
-        if state.get("_anywidget_id") == f"{Editor.__module__}.{Editor.__qualname__}":
-            yield _html(view({trait: state[trait] for trait in PAGE_TRAITS}))
+        if state.get("_anywidget_id") in VIEWS:
+            kind, traits = VIEWS[state["_anywidget_id"]]
+            yield _html(view({trait: state[trait] for trait in traits}, kind))
         elif "children" in state:
             for child in state["children"]:
                 yield from self.show(child.removeprefix("IPY_MODEL_"))
@@ -183,8 +195,13 @@ def body_of(notebook: NotebookNode) -> str:
 
 
 def write(path: Path, title: str, body: str) -> None:
-    style = Editor._css + HtmlFormatter().get_style_defs(".highlight") + STYLE
-    path.write_text(page(title, body, Editor._esm, style), encoding="utf-8")
+    used = [Editor, Player] if player.STATE in body else [Editor]
+    style = (
+        "".join(widget._css for widget in used)
+        + HtmlFormatter().get_style_defs(".highlight")
+        + STYLE
+    )
+    path.write_text(page(title, body, [widget._esm for widget in used], style), encoding="utf-8")
 
 
 def first_words(path: Path) -> tuple[str, str]:
@@ -208,7 +225,7 @@ def build(target: Path, notebooks: Sequence[Path]) -> None:
         after = f"<span>{links[i + 1]} →</span>" if i + 1 < len(links) else "<span></span>"
         around = f'<nav>{before}<a href="index.html">All notebooks</a>{after}</nav>'
         note = (
-            '<p class="note">The editors work on this page. To run code, open '
+            '<p class="note">Editors and players work on this page. To run code, open '
             f'<a href="{path.name}" download>the notebook</a> in Jupyter.</p>'
         )
         body = f"{around}\n{note}\n<main>{body_of(run(path))}</main>\n{around}"

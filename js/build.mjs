@@ -54,10 +54,15 @@ async function emptyFolder(name) {
   return folder;
 }
 
-const js = await bundle("index.js");
-const css = await bundle("editor/editor.css");
-if (js.length >= maxBundleBytes) {
-  throw new Error(`editor.js has ${js.length} bytes; it must stay under ${maxBundleBytes}`);
+/** The bundles of the views: the entry of each, and its style sheet. */
+const views = { editor: ["index.js", "editor/editor.css"], player: ["player.js", "player/player.css"] };
+const built = [];
+for (const [name, [script, style]] of Object.entries(views)) {
+  const js = await bundle(script);
+  if (js.length >= maxBundleBytes) {
+    throw new Error(`${name}.js has ${js.length} bytes; it must stay under ${maxBundleBytes}`);
+  }
+  built.push([`${name}.js`, js], [`${name}.css`, await bundle(style)]);
 }
 
 async function copyFont(source, file, folder, name) {
@@ -79,6 +84,5 @@ await copyFont(
 );
 
 const staticFolder = await emptyFolder("static");
-await writeFile(join(staticFolder, "editor.js"), js);
-await writeFile(join(staticFolder, "editor.css"), css);
-console.log(`editor.js ${js.length} bytes, editor.css ${css.length} bytes, 6 fonts`);
+for (const [name, contents] of built) await writeFile(join(staticFolder, name), contents);
+console.log([...built.map(([name, { length }]) => `${name} ${length} bytes`), "6 fonts"].join(", "));

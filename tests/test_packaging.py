@@ -45,6 +45,8 @@ STATIC_FONT = "static/gfs-didot"
 BUILT_FILES = {
     "static/editor.js",
     "static/editor.css",
+    "static/player.js",
+    "static/player.css",
     *(f"fonts/{name}.woff2" for name in (*FONTS, STATIC_FONT)),
     *(f"fonts/{name}-LICENSE.txt" for name in (*FONTS, STATIC_FONT)),
 }
@@ -111,8 +113,9 @@ def test_nothing_unlisted_is_built_into_the_package():
     assert {f.relative_to(package).as_posix() for f in files} == BUILT_FILES
 
 
-def test_the_bundle_is_small_enough_to_be_stored_with_every_widget():
-    bundle = importlib.resources.files("vfwidget") / "static" / "editor.js"
+@pytest.mark.parametrize("name", ["editor", "player"])
+def test_a_bundle_is_small_enough_to_be_stored_with_every_widget(name):
+    bundle = importlib.resources.files("vfwidget") / "static" / f"{name}.js"
     assert 0 < len(bundle.read_bytes()) < MAX_BUNDLE_BYTES
 
 

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from .matching import Looks, Match, match
     from .raster import rasterize
     from .view.editor import Editor
+    from .view.player import Player
 
 __version__ = "0.1.0"
 
@@ -58,6 +59,7 @@ LAZY = {
     "Editor": ".view.editor",
     "Looks": ".matching",
     "Match": ".matching",
+    "Player": ".view.player",
     "match": ".matching",
     "rasterize": ".raster",
 }
@@ -90,6 +92,7 @@ __all__ = [
     "Overlap",
     "OverlapError",
     "Pin",
+    "Player",
     "Residual",
     "SharedX",
     "SharedY",

@@ -93,9 +93,9 @@ def browser() -> Iterator[Any]:
 class Notebook:
     """A notebook open in JupyterLab, all its cells run."""
 
-    def __init__(self, page: Any, editors: int) -> None:
+    def __init__(self, page: Any, editors: int, widget: str) -> None:
         self.page = page
-        self.editors = page.locator(".vfwidget-editor")
+        self.editors = page.locator(widget)
         self.editors.nth(editors - 1).wait_for(state="visible", timeout=RUN_MILLISECONDS)
 
     def run_last_cell(self) -> str:
@@ -144,7 +144,9 @@ def lab(server: tuple[str, Path], browser: Any) -> Iterator[Any]:
     troubles: list[str] = []
     page.on("pageerror", lambda error: troubles.append(str(error)))
 
-    def open_notebook(source: Path | list[str], editors: int = 1) -> Notebook:
+    def open_notebook(
+        source: Path | list[str], editors: int = 1, widget: str = ".vfwidget-editor"
+    ) -> Notebook:
         if isinstance(source, Path):
             notebook = nbformat.read(source, as_version=4)
         else:
@@ -164,7 +166,7 @@ def lab(server: tuple[str, Path], browser: Any) -> Iterator[Any]:
               await app.commands.execute('notebook:run-all-cells');
             }"""
         )
-        return Notebook(page, editors)
+        return Notebook(page, editors, widget)
 
     yield open_notebook
     _shut_kernels(address)

@@ -352,7 +352,7 @@ def test_the_word_is_saved_as_svg_and_png_and_copied_as_css(show: Any) -> None:
     root = ET.parse(saved.value.path()).getroot()
     # An area in font units, from a file that knows nothing of the view.
     area = 0.0
-    for path in root.findall("{http://www.w3.org/2000/svg}path"):
+    for path in root.iter("{http://www.w3.org/2000/svg}path"):
         pen = AreaPen()
         parse_path(path.get("d"), pen)
         area += pen.value

@@ -33,6 +33,9 @@ CELLS = [
         "Image.new('L', (40, 30)).save(file := io.BytesIO(), 'PNG')\n"
         "ipywidgets.VBox([ipywidgets.Label('<a label>'), ipywidgets.Image(value=file.getvalue())])"
     ),
+    new_code_cell(
+        "vf.Player(vf.Animation(vf.Text('dynapuff', 'ha'), [0, 9], [[[0, 0]], [[1, 0]]]))"
+    ),
     new_code_cell("editor.axes = {'wght': 500}"),
     new_markdown_cell("On to [the next](next.ipynb)."),
 ]
@@ -126,6 +129,15 @@ def test_the_outline_can_be_dragged_and_pinned(site: Path, page: Any) -> None:
     page.mouse.click(handle["x"] + handle["width"] / 2, handle["y"] + handle["height"] / 2)
     page.wait_for_timeout(100)
     assert editor.locator(".vfw-pin").count() == 1
+
+
+def test_an_animation_plays(site: Path, page: Any) -> None:
+    page.goto((site / "small.html").as_uri())
+    player = page.locator(".vfwidget-player")
+    first = player.locator("path.vfw-letter").first
+    before = first.get_attribute("d")
+    player.get_by_role("slider", name="Time").press("End")
+    assert first.get_attribute("d") != before
 
 
 def test_controls_of_a_kernel_are_placeholders_and_equations_are_set(site: Path, page: Any) -> None:

@@ -106,6 +106,6 @@ def test_hostile_names_are_inert() -> None:
 
 def test_several_views_share_a_page() -> None:
     body = f"<h1>Two</h1>{view({'n': 1})}<p>{view({'n': HOSTILE, 'data': b'<&>'})}</p>"
-    made = Page(page("Two", body, "export const mount = () => {}; // </script>", "p {}"))
+    made = Page(page("Two", body, ["export const mount = () => {}; // </script>"], "p {}"))
     assert [state["n"] for state in made.states()] == [1, HOSTILE]
     assert made.tags.count("script") == 3

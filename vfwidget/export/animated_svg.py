@@ -14,6 +14,7 @@ from .track import Track, keyframes
 
 OBSTACLE_OPACITY = 0.35
 """Obstacles are drawn lighter than letters."""
+SHADE = f' opacity="{OBSTACLE_OPACITY}"'
 
 
 def animated_picture(
@@ -56,6 +57,44 @@ def animated_picture(
     str
         A reader who prefers reduced motion sees the last frame.
     """
+    clock = _Clock(frames, duration, loop)
+    layers = [(SHADE, obstacles), ("", letters)]
+    moving = [
+        f"<g{shade}>{''.join(clock.shape(track, tolerance) for track in tracks)}</g>"
+        for shade, tracks in layers
+        if tracks
+    ]
+    body = (
+        "<style>.still { display: none } "
+        "@media (prefers-reduced-motion: reduce) { .still { display: inline } "
+        f'.moving {{ display: none }} }}</style><g class="moving">{"".join(moving)}</g>'
+        f'<g class="still">{_frame(layers, frames - 1)}</g>'
+    )
+    return _document(body, title, box, height, background)
+
+
+def still_picture(
+    letters: Sequence[Track],
+    obstacles: Sequence[Track],
+    frame: int,
+    *,
+    title: str,
+    box: tuple[float, float, float, float],
+    height: float | None = None,
+    background: str | None = None,
+) -> str:
+    """Write one frame as an SVG document; see :func:`animated_picture`."""
+    body = _frame([(SHADE, obstacles), ("", letters)], frame)
+    return _document(body, title, box, height, background)
+
+
+def _document(
+    body: str,
+    title: str,
+    box: tuple[float, float, float, float],
+    height: float | None,
+    background: str | None,
+) -> str:
     left, bottom, right, top = box
     wide, tall = right - left, top - bottom
     size = f' width="{height * wide / tall:.0f}" height="{height:.0f}"' if height else ""
@@ -66,29 +105,19 @@ def animated_picture(
         if background is not None
         else ""
     )
-    clock = _Clock(frames, duration, loop)
-    moving = [
-        f"<g{shade}>{''.join(clock.shape(track, tolerance) for track in tracks)}</g>"
-        for shade, tracks in ((f' opacity="{OBSTACLE_OPACITY}"', obstacles), ("", letters))
-        if tracks
-    ]
-    still = [
-        f'<path{shade} d="{path_data(_last(tracks, frames - 1))}"/>'
-        for shade, tracks in ((f' opacity="{OBSTACLE_OPACITY}"', obstacles), ("", letters))
-        if tracks
-    ]
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}"{size} role="img">'
-        f"<title>{escape(title)}</title><style>.still {{ display: none }} "
-        "@media (prefers-reduced-motion: reduce) { .still { display: inline } "
-        f'.moving {{ display: none }} }}</style>{back}<g class="moving">{"".join(moving)}</g>'
-        f'<g class="still">{"".join(still)}</g></svg>'
+        f"<title>{escape(title)}</title>{back}{body}</svg>"
     )
 
 
-def _last(tracks: Sequence[Track], frame: int) -> list[Array]:
-    ended = [track for track in tracks if track.start + len(track.times) - 1 == frame]
-    return [contour for track in ended for contour in track.contours(frame)]
+def _frame(layers: Sequence[tuple[str, Sequence[Track]]], frame: int) -> str:
+    """One path for each layer."""
+    found = []
+    for shade, tracks in layers:
+        contours = [c for track in tracks if track.shows(frame) for c in track.contours(frame)]
+        found.append(f'<path{shade} d="{path_data(contours)}"/>')
+    return "".join(found)
 
 
 class _Clock:

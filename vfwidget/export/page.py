@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import html
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .css import quoted
@@ -24,7 +24,7 @@ _PAGE = """<!DOCTYPE html>
 <meta name="viewport" content="width=device-width">
 <title>{title}</title>
 <style>{style}</style>
-{script}</head>
+{scripts}</head>
 <body>
 {body}
 </body>
@@ -44,13 +44,15 @@ _STILL = "style-src 'unsafe-inline'; font-src data:"
 """What a page may use: nothing from elsewhere, and without a view no script at all."""
 
 
-def view(state: Mapping[str, Any]) -> str:
+def view(state: Mapping[str, Any], kind: str = STATE) -> str:
     """Return the HTML element of one view on a page.
 
     Parameters
     ----------
     state : mapping
         The traits that the view reads. Values are JSON values or bytes.
+    kind : str
+        Media type by which the script of the page finds its views; by default that of editors.
 
     Returns
     -------
@@ -60,10 +62,10 @@ def view(state: Mapping[str, Any]) -> str:
     text = json.dumps(state, default=lambda data: base64.b64encode(data).decode("ascii"))
     # Every sequence that can end a script element begins with "<".
     text = text.replace("<", "\\u003c")
-    return f'<script type="{STATE}">{text}</script>'
+    return f'<script type="{kind}">{text}</script>'
 
 
-def page(title: str, body: str, script: str, style: str) -> str:
+def page(title: str, body: str, scripts: Sequence[str], style: str) -> str:
     """Return a whole HTML page.
 
     Parameters
@@ -72,16 +74,18 @@ def page(title: str, body: str, script: str, style: str) -> str:
         Plain text; markup in it is escaped.
     body : str
         HTML that may contain any number of elements made by :func:`view`.
-    script, style : str
-        The bundle of the views, which may be empty, and the style sheet.
+    scripts : sequence of str
+        The bundle of each kind of view; none for a page without views.
+    style : str
+        The style sheet.
     """
-    encoded = base64.b64encode(script.encode()).decode("ascii")
+    encoded = [base64.b64encode(script.encode()).decode("ascii") for script in scripts]
     return _PAGE.format(
         title=html.escape(title),
         body=body,
         style=style,
-        script=_SCRIPT.format(script=encoded) if script else "",
-        policy=_SCRIPTED if script else _STILL,
+        scripts="".join(_SCRIPT.format(script=script) for script in encoded),
+        policy=_SCRIPTED if scripts else _STILL,
     )
 
 

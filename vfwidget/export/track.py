@@ -49,6 +49,10 @@ class Track:
         """The control points as drawn, (F, k, 2)."""
         return turned(self.points, self.rotations) + self.origins[:, None]
 
+    def shows(self, frame: int) -> bool:
+        """Whether the track includes the frame of this number."""
+        return self.start <= frame < self.start + len(self.times)
+
     def contours(self, frame: int) -> list[Array]:
         """The closed contours, each (s, 4, 2), as drawn in the frame of this number."""
         return split(self.drawn[frame - self.start], self.sizes)

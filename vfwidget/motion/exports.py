@@ -109,7 +109,7 @@ class Exports(ImageExports):
         spans, family = self._spans(tolerance), "vf-font"
         face = font_face(family, self.text.font.web_font(self.text.string + JOINER))
         sheet = self._style_sheet(spans, NAME, family, loop)
-        made = page(self.text.title, self._element(spans, NAME), "", face + sheet + PAGE_STYLE)
+        made = page(self.text.title, self._element(spans, NAME), [], face + sheet + PAGE_STYLE)
         return written(made, path)
 
     def to_svg(

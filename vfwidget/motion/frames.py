@@ -88,8 +88,7 @@ def ink(tracks: Sequence[Track], number: int, size: tuple[int, int], placement: 
     """The coverage of all tracks in a frame (H, W); see :func:`vfwidget.rasterize`."""
     from ..raster import rasterize
 
-    present = [t for t in tracks if t.start <= number < t.start + len(t.times)]
-    contours = [contour for track in present for contour in track.contours(number)]
+    contours = [c for track in tracks if track.shows(number) for c in track.contours(number)]
     return to_array(rasterize(contours, size, placement)) if contours else np.zeros(size)
 
 

@@ -45,7 +45,7 @@ class Exports:
         with self._lock:
             body = view(self.get_state(PAGE_TRAITS))
             title = self.text.title
-        made = page(title, body, self._esm, self._css + PAGE_STYLE)
+        made = page(title, body, [self._esm], self._css + PAGE_STYLE)
         return written(made, path)
 
     def to_svg(self, path: str | os.PathLike[str] | None = None) -> str | None:

@@ -1,4 +1,4 @@
-"""Checks of the options of an editor."""
+"""Checks of the options of a widget."""
 
 from __future__ import annotations
 
@@ -42,4 +42,5 @@ def refuse_unknown(unknown: Collection[str], function: Callable[..., Any]) -> No
     for name in unknown:
         close = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known[1:])}."
-        raise TypeError(f"An Editor has no option {name!r}; {hint}")
+        widget = function.__qualname__.partition(".")[0]
+        raise TypeError(f"{widget} has no option {name!r}; {hint}")

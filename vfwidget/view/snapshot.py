@@ -1,6 +1,6 @@
-"""A picture of the editor that a saved, converted or hosted notebook shows in its place.
+"""A picture of a widget that a saved, converted or hosted notebook shows in its place.
 
-The picture is an output of its own below the editor, so that updating it does not touch the live
+The picture is an output of its own below the widget, so that updating it does not touch the live
 view. The view hides it while it is alive (the class and the name below are part of its contract).
 """
 
@@ -28,6 +28,8 @@ class Snapshot:
     ----------
     draw : callable
         Draws the present state as an SVG document with a title.
+    purpose : str
+        What a reader can do after running the cell.
 
     Attributes
     ----------
@@ -35,9 +37,9 @@ class Snapshot:
         Names the picture on the page.
     """
 
-    def __init__(self, draw: Callable[[], str]) -> None:
+    def __init__(self, draw: Callable[[], str], purpose: str = "edit it") -> None:
         self.name = uuid.uuid4().hex
-        self._draw = draw
+        self._draw, self._purpose = draw, purpose
         self._handle: Any = None
         self._timer: threading.Timer | None = None
 
@@ -50,7 +52,7 @@ class Snapshot:
         html = (
             f'<div class="{SNAPSHOT} {SNAPSHOT}-{self.name}">'
             f'<img src="data:image/svg+xml;base64,{data}" alt="{title}">'
-            f"<p>{title}. Run the cell to edit it.</p></div>"
+            f"<p>{title}. Run the cell to {self._purpose}.</p></div>"
         )
         return {"text/html": html, "image/svg+xml": svg, "text/plain": escape(title, quote=False)}
 
@@ -61,8 +63,8 @@ class Snapshot:
 
         shell = get_ipython()
         if self._handle is None and shell is not None:
-            # A cell that changes the editor leaves the picture as of its end. The shell must not
-            # keep an editor alive that nobody else refers to.
+            # A cell that changes the widget leaves the picture as of its end. The shell must not
+            # keep a widget alive that nobody else refers to.
             update = weakref.WeakMethod(self.update)
             shell.events.register("post_run_cell", lambda _: (update() or _nothing)())
         self._handle = display(self.bundle(), raw=True, display_id=True)

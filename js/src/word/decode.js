@@ -33,7 +33,7 @@ const finite = (/** @type {unknown} */ v) => typeof v === "number" && Number.isF
  * has no bytes. Copied, since a comm buffer may start at any byte.
  * @param {any} data @param {number} length @param {string} what
  */
-function floats(data, length, what) {
+export function floats(data, length, what) {
   if (length === 0) return new Float32Array(0);
   if (typeof data === "string") data = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
   check(data?.byteLength === 4 * length, what);

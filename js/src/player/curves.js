@@ -1,0 +1,70 @@
+/** The axes over time: one colour for each axis, one line for each axis vector, and a line at the present time. */
+import { html, svg } from "../view/dom.js";
+import { varying } from "./film.js";
+
+const WIDTH = 300, HEIGHT = 60;
+
+/** Hues that remain apart for most kinds of colour blindness. */
+const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+
+export class Curves {
+  /**
+   * @param {import("../word/decode.js").Word} word @param {import("./film.js").Film} film
+   * @param {(time: number, done: boolean) => void} seek
+   */
+  constructor(word, film, seek) {
+    this.film = film;
+    this.word = word;
+    this.axes = varying(film, word);
+    this.now = svg("line", { class: "vfw-now", y1: 0, y2: HEIGHT });
+    this.chart = svg("svg", {
+      class: "vfw-chart", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", "aria-hidden": "true",
+      onpointerdown: (/** @type {PointerEvent} */ event) => {
+        this.chart.setPointerCapture(event.pointerId);
+        seek(this.timeAt(event), false);
+      },
+      onpointerup: (/** @type {PointerEvent} */ event) => seek(this.timeAt(event), true),
+      onpointermove: (/** @type {PointerEvent} */ event) => {
+        if (event.buttons & 1) seek(this.timeAt(event), false);
+      },
+    }, ...this.axes.flatMap((axis, i) => this.lines(axis, COLOURS[i % COLOURS.length])), this.now);
+    this.values = this.axes.map(() => html("output", {}));
+    this.element = html("div", { class: "vfw-curves", hidden: this.axes.length === 0 }, this.chart,
+      html("ul", { class: "vfw-legend" }, ...this.axes.map((axis, i) => html("li", {},
+        html("span", { class: "vfw-swatch", style: `background: ${COLOURS[i % COLOURS.length]}` }),
+        `${word.axes[axis].name} `, this.values[i]))));
+  }
+
+  /** @private @param {PointerEvent} event */
+  timeAt(event) {
+    const { left, width } = this.chart.getBoundingClientRect();
+    return Math.min(1, Math.max(0, (event.clientX - left) / (width || 1))) * this.film.duration;
+  }
+
+  /** @private @param {number} axis @param {string} colour */
+  lines(axis, colour) {
+    const { times, axes, vectors, duration } = this.film, n = this.word.axes.length;
+    const values = times.flatMap((_, f) => Array.from({ length: vectors }, (__, v) => axes[(f * vectors + v) * n + axis]));
+    const low = Math.min(...values), high = Math.max(...values);
+    return Array.from({ length: vectors }, (_, v) => svg("polyline", {
+      class: "vfw-curve", stroke: colour,
+      points: times.map((time, f) => {
+        const y = 4 + (HEIGHT - 8) * (1 - (values[f * vectors + v] - low) / (high - low));
+        return `${(WIDTH * time / (duration || 1)).toFixed(1)},${y.toFixed(1)}`;
+      }).join(" "),
+    }));
+  }
+
+  /** @param {number} time @param {number} frame */
+  show(time, frame) {
+    const x = WIDTH * time / (this.film.duration || 1);
+    this.now.setAttribute("x1", String(x));
+    this.now.setAttribute("x2", String(x));
+    const { axes, vectors } = this.film, n = this.word.axes.length;
+    this.axes.forEach((axis, i) => {
+      const all = Array.from({ length: vectors }, (_, v) => axes[(frame * vectors + v) * n + axis]);
+      const text = [Math.min(...all), Math.max(...all)].map((v) => String(Number(v.toPrecision(4))));
+      this.values[i].textContent = text[0] === text[1] ? text[0] : `${text[0]} … ${text[1]}`;
+    });
+  }
+}
