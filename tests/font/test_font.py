@@ -7,10 +7,13 @@ import pickle
 from concurrent.futures import ThreadPoolExecutor
 
 import fonts
+import numpy as np
 import pytest
 import torch
 
 import vfwidget as vf
+from vfwidget.font.cache import GlyphCache
+from vfwidget.font.glyf import GlyfReader
 from vfwidget.font.source import open_font
 
 
@@ -93,5 +96,40 @@ def test_the_glyphs_that_a_font_keeps_are_bounded(monkeypatch):
     kept = {name: font.glyph(name) for name in names}
     again = [font.glyph(name) is kept[name] for name in reversed(names)]
     assert again[0] and not all(again)
-    assert font._glyphs._bytes == sum(glyph.nbytes for glyph in font._glyphs._glyphs.values())
+    assert font._glyphs._bytes == sum(glyph.nbytes for glyph in font._glyphs._items.values())
     assert torch.equal(font.glyph("a").deltas, held.deltas)
+
+
+def test_a_walk_over_all_glyphs_that_takes_long_shows_its_progress(monkeypatch, capsys):
+    font = vf.load_font(fonts.build(*fonts.base_glyphs()))
+    assert len(list(font)) == 3
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("vfwidget.font.font.PROGRESS_SECONDS", 0)
+    assert len(list(font)) == 3
+    assert "glyphs" in capsys.readouterr().err
+
+
+def test_a_component_of_several_glyphs_is_read_once(monkeypatch):
+    read = []
+    one = GlyfReader._read_simple
+
+    def noted(reader, name, glyph):
+        read.append(name)
+        return one(reader, name, glyph)
+
+    monkeypatch.setattr(GlyfReader, "_read_simple", noted)
+    glyphs, deltas = fonts.base_glyphs()
+    glyphs |= {name: fonts.composite(fonts.component("a", 10, 20)) for name in "cd"}
+    font = vf.load_font(fonts.build(glyphs, deltas))
+    read.clear()
+    for name in "cdcd":
+        font.glyph(name).points([0.5, 0])
+    assert read == ["a"]
+
+
+def test_the_memory_for_components_is_bounded(monkeypatch):
+    monkeypatch.setattr(vf.limits, "glyph_cache_bytes", 8 * 1000)
+    cache = GlyphCache(1 / 8)
+    for name in "abcdef":
+        cache.add(name, np.zeros(50))
+    assert [name for name in "abcdef" if cache.get(name) is not None] == ["e", "f"]

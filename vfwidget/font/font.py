@@ -37,6 +37,9 @@ from .source import FontSource, damage, font_bytes, open_font
 if TYPE_CHECKING:
     import torch
 
+PROGRESS_SECONDS = 3
+"""Time after which a walk over all glyphs shows a progress bar."""
+
 
 def load_font(source: FontSource | Font, index: int = 0, static: bool = False) -> Font:
     """Load a variable font.
@@ -97,7 +100,7 @@ class Font(DesignSpace):
         with damage("The font file is damaged or truncated"):
             self._read(ttfont, static)
         self._ttfont = ttfont
-        self._glyphs = GlyphCache()
+        self._glyphs: GlyphCache[Glyph] = GlyphCache()
         # fontTools reads a table when it is first asked for, which only one thread may do at a
         # time.
         self._reading = RLock()
@@ -280,8 +283,13 @@ class Font(DesignSpace):
         return self._find(key) is not None
 
     def __iter__(self) -> Iterator[Glyph]:
-        """All glyphs in order of glyph id, one at a time; none of them is kept."""
-        for name in self.glyph_names:
+        """All glyphs in order of glyph id, one at a time; none of them is kept.
+
+        A bar shows the progress if it takes more than a few seconds.
+        """
+        from tqdm.auto import tqdm
+
+        for name in tqdm(self.glyph_names, desc="glyphs", leave=False, delay=PROGRESS_SECONDS):
             with self._reading:
                 yield self._glyphs.get(name) or self._read_glyph(name)
 

@@ -11,7 +11,7 @@ OpenType, "glyf" (composite glyph description, phantom points) and "gvar" (infer
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from fontTools.ttLib.tables import _g_l_y_f as glyf_flags
 from ..arrays import Array, IntArray
 from ..errors import FontError
 from ..outline.variation import merge_regions, selection
+from .cache import GlyphCache
 from .gvar import GlyphVariations, check_size
 from .unpacked import Unpacked, chain
 
@@ -28,6 +29,8 @@ PHANTOMS = 4
 MAX_COMPONENT_DEPTH = 16
 MAX_COMPONENTS = 1024
 """Of one glyph, nested ones counted each time; a few bytes could ask for billions."""
+COMPONENTS_KEPT = 1 / 8
+"""The share of the cache's memory for outlines that were components; others may have them, too."""
 ON_CURVE, CUBIC = glyf_flags.flagOnCurve, glyf_flags.flagCubic
 
 
@@ -51,13 +54,17 @@ class RawOutline:
     flags: list[int]
     ends: tuple[int, ...]
 
+    @property
+    def nbytes(self) -> int:
+        """Memory of the arrays, in bytes."""
+        return self.points.nbytes + self.support.nbytes
+
 
 @dataclass
 class _Reading:
-    """One glyph being read: the glyphs unpacked on the way and the components met so far."""
+    """One glyph being read, and the number of components met so far."""
 
     name: str
-    known: dict[str, RawOutline] = field(default_factory=dict)
     components: int = 0
 
 
@@ -78,6 +85,7 @@ class GlyfReader:
         self._widths = font[hmtx].metrics
         self._heights = font[vmtx].metrics if vmtx in font else {}
         self._variations = GlyphVariations(font, gvar, axis_count)
+        self._components: GlyphCache[RawOutline] = GlyphCache(COMPONENTS_KEPT)
 
     def read(self, name: str) -> Unpacked:
         """Unpack one glyph, its components included.
@@ -98,13 +106,16 @@ class GlyfReader:
     def _read(self, name: str, reading: _Reading, depth: int) -> RawOutline:
         if depth > MAX_COMPONENT_DEPTH:
             raise FontError(f"The components of glyph {reading.name!r} nest too deeply.")
-        if name not in reading.known:
+        known = self._components.get(name)
+        if known is None:
             glyph = self._glyph(name)
             if glyph.isComposite():
                 # Not remembered on the way down, so that a cycle ends at the depth limit.
                 return self._read_composite(name, glyph, reading, depth)
-            reading.known[name] = self._read_simple(name, glyph)
-        return reading.known[name]
+            known = self._read_simple(name, glyph)
+            if depth:
+                self._components.add(name, known)
+        return known
 
     def _glyph(self, name: str) -> Any:
         """One glyph of the table; what it unpacks is not kept in the table."""
