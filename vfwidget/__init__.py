@@ -31,6 +31,7 @@ from .errors import (
     GlyphError,
     ImageError,
     MotionError,
+    MotionWarning,
     OverlapError,
     SolveError,
     TextError,
@@ -39,6 +40,7 @@ from .errors import (
 from .font import Axis, Font, Glyph, NamedInstance, bundled_fonts, load_font
 from .limits import limits
 from .motion.animation import Animation
+from .motion.simulate import simulate
 from .overlap.artwork import Artwork
 from .overlap.no_overlap import NoOverlap
 from .overlap.overlaps import Overlap, overlaps
@@ -87,6 +89,7 @@ __all__ = [
     "Looks",
     "Match",
     "MotionError",
+    "MotionWarning",
     "NamedInstance",
     "NoOverlap",
     "Overlap",
@@ -115,6 +118,7 @@ __all__ = [
     "plot",
     "rasterize",
     "resolve_overlaps",
+    "simulate",
     "solve",
 ]
 

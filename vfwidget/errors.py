@@ -59,6 +59,10 @@ class FontWarning(UserWarning):
     """A part of the font file is invalid or is left aside; the message says which."""
 
 
+class MotionWarning(UserWarning):
+    """A simulation that was interrupted, or whose letters overlapped at the start."""
+
+
 def warn_clamped(message: str) -> None:
     """Issue an :class:`AxisWarning` at the line of code that called into this package."""
     warn_caller(message, AxisWarning)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, ArrayLike, to_array
+from ..energy import Term, solve
 from ..errors import MotionError
 from ..text import Text
 from ..text.place import AXES, OFFSETS
 from .exports import Exports
+from .keyframes import Easing, check_same, read_delays, read_easing, read_keyframes, transitions
+from .numbers import read_count, read_number
 
 Scenery = Sequence[Sequence[Array]]
 """For each frame, the closed contours (s, 4, 2) of the obstacles, in font units."""
@@ -100,20 +104,238 @@ class Animation(Exports):
             raise MotionError(
                 f"A slice of an animation must hold frames in the order of time; received {index}."
             )
+        return self._picked(index, self.times[index])
+
+    def __iter__(self) -> Iterator[Text]:
+        """The frames in the order of time."""
+        return (self[i] for i in range(len(self)))
+
+    def at(self, time: float) -> Text:
+        """The text at a time in seconds, interpolated between two frames.
+
+        Before the first frame and after the last one, it stands still.
+        """
+        return self._sampled(np.array([float(time)]))[0]
+
+    @classmethod
+    def from_keyframes(
+        cls,
+        keyframes: Sequence[tuple[float, Text]],
+        easing: Easing = "ease-in-out",
+        delay: Any = 0.0,
+        fps: float = 60.0,
+    ) -> Animation:
+        """An animation that passes through given states, such as the results of solves.
+
+        Parameters
+        ----------
+        keyframes : sequence of (seconds, Text)
+            States of one text, in the order of time. Axes and offsets are interpolated.
+        easing : str, four numbers or function
+            How each transition speeds up and slows down: "linear", "ease", "ease-in", "ease-out",
+            "ease-in-out" (the default) or the numbers of ``cubic-bezier``, as in CSS. A function
+            maps the part of the time to the part of the way.
+        delay : float or (l,) array
+            Seconds by which each letter starts after the one before, or its own delay. Letters
+            that share their axes get axes of their own then. Default 0.
+        fps : float
+            Frames per second. Default 60.
+
+        Raises
+        ------
+        MotionError
+            The texts are not states of one text, the times do not increase, or another argument
+            is not what is described above.
+
+        Examples
+        --------
+        >>> import vfwidget as vf
+        >>> thin = vf.Text("recursive", "wave", axes={"wght": 300})
+        >>> wave = vf.Animation.from_keyframes(
+        ...     [(0, thin), (0.5, thin.at(axes={"wght": 900})), (1, thin)], delay=0.1)
+        >>> wave
+        <Animation of 'wave': 79 frames, 1.3 s>
+        """
+        times, texts = read_keyframes(keyframes)
+        rate = read_number("fps", fps, 0.0, math.inf, True)
+        delays = read_delays(delay, len(texts[0].glyphs))
+        if delays.any() and texts[0].shared:
+            texts = [text.at(shared=False) for text in texts]
+        sampled, theta, offsets = transitions(times, texts, delays, easing, rate)
+        return cls(texts[0], sampled, theta, offsets)
+
+    @classmethod
+    def from_terms(
+        cls,
+        text: Text,
+        terms: Callable[[float], Term | Sequence[Term]],
+        duration: float,
+        fps: float = 60.0,
+        free: Sequence[str] = (AXES,),
+    ) -> Animation:
+        """An animation in which every frame is solved for, such as a target that moves.
+
+        Parameters
+        ----------
+        text : Text
+            Where the first solve starts.
+        terms : function of the time
+            Returns the terms at a time in seconds, as for :func:`~vfwidget.solve`. Each solve
+            starts from the frame before.
+        duration, fps : float
+            Seconds, and frames per second (default 60).
+        free : sequence of str
+            The blocks of unknowns that may move, as for :func:`~vfwidget.solve`.
+
+        Raises
+        ------
+        MotionError
+            The duration or ``fps`` is not a number > 0.
+        SolveError
+            A term is not valid for this text.
+        """
+        length = read_number("duration", duration, 0.0, math.inf, True)
+        rate = read_number("fps", fps, 0.0, math.inf, True)
+        times = np.arange(int(length * rate + 1e-9) + 1) / rate
+        frames = [text]
+        for time in times:
+            frames.append(solve(frames[-1], terms(float(time)), free=free, restarts=0).text)
+        theta = [frame.coordinates for frame in frames[1:]]
+        return cls(text, times, np.array(theta), np.array([f.place[OFFSETS] for f in frames[1:]]))
+
+    def chain(self, *others: Animation) -> Animation:
+        """Put other animations of the same text after this one; each starts one frame later.
+
+        Raises
+        ------
+        MotionError
+            The animations show different texts.
+        """
+        result = self
+        for other in others:
+            check_same(self.text, other.text)
+            start = result.times[-1] + 1 / result.fps - other.times[0]
+            result = result._joined(other._retimed(other.times + start))
+        return result
+
+    def overlay(self, other: Animation) -> Animation:
+        """Add the motion of another animation of the same text.
+
+        The motion is the difference from the first frame of the other animation. Axes that would
+        leave their range stay at its end.
+
+        Raises
+        ------
+        MotionError
+            The animations show different texts.
+        """
+        check_same(self.text, other.text)
+        times = np.union1d(self.times, other.times)
+        base, more = self._sampled(times), other._sampled(times)
+        theta, offsets, rotations = (
+            getattr(base, name) + getattr(more, name) - getattr(other, name)[0]
+            for name in ("theta", "offsets", "rotations")
+        )
+        theta = np.clip(theta, *self.text.font.bounds)
+        return Animation(self.text, times, theta, offsets, rotations, scenery=base.scenery)
+
+    def loop(self, count: int = 2) -> Animation:
+        """Repeat the animation, so that it runs ``count`` times.
+
+        Raises
+        ------
+        MotionError
+            ``count`` is not a whole number ≥ 1.
+        """
+        return self.chain(*[self] * (read_count("count", count) - 1))
+
+    def reverse(self) -> Animation:
+        """Run the animation backwards, over the same time."""
+        order = np.arange(len(self))[::-1]
+        return self._picked(order, self.times[0] + self.times[-1] - self.times[order])
+
+    def retime(
+        self,
+        duration: float | None = None,
+        easing: Easing = "linear",
+        fps: float | None = None,
+    ) -> Animation:
+        """Run the animation at another speed.
+
+        Parameters
+        ----------
+        duration : float, optional
+            Seconds from the first to the last frame. Default: as before.
+        easing : as for :meth:`from_keyframes`
+            Maps the part of the new time to the part of the old one. Default "linear".
+        fps : float, optional
+            Frames per second. Default: as before.
+
+        Raises
+        ------
+        MotionError
+            A number is not > 0, or the easing is unknown.
+        """
+        rate = self.fps if fps is None else read_number("fps", fps, 0.0, math.inf, True)
+        length = self.duration
+        if duration is not None:
+            length = read_number("duration", duration, 0.0, math.inf, True)
+        parts = np.linspace(0, 1, max(round(length * rate), 1) + 1)
+        if length == 0:
+            return self
+        there = self.times[0] + np.clip(read_easing(easing)(parts), 0, 1) * self.duration
+        return self._sampled(there)._retimed(self.times[0] + parts * length)
+
+    def _sampled(self, times: Array) -> Animation:
+        """The animation at given times, interpolated; the result keeps their order as indices."""
+        after = np.clip(np.searchsorted(self.times, times), 1, max(len(self) - 1, 1))
+        after = np.minimum(after, len(self) - 1)
+        before = np.maximum(after - 1, 0)
+        span = self.times[after] - self.times[before]
+        part = np.clip((times - self.times[before]) / np.where(span > 0, span, 1), 0, 1)
+
+        def mixed(values: Array) -> Array:
+            share = part.reshape(-1, *[1] * (values.ndim - 1))
+            return np.asarray((1 - share) * values[before] + share * values[after])
+
+        nearest = np.where(part < 0.5, before, after)
         return Animation(
             self.text,
-            self.times[index],
+            np.arange(len(times)),
+            mixed(self.theta),
+            mixed(self.offsets),
+            mixed(self.rotations),
+            mixed(self.penetration),
+            None if self.energy is None else mixed(self.energy),
+            [self.scenery[i] for i in nearest],
+        )
+
+    def _picked(self, index: Any, times: Array) -> Animation:
+        """Some frames at given times."""
+        return Animation(
+            self.text,
+            times,
             self.theta[index],
             self.offsets[index],
             self.rotations[index],
             self.penetration[index],
             None if self.energy is None else self.energy[index],
-            self.scenery[index],
+            [self.scenery[i] for i in np.arange(len(self))[index]],
         )
 
-    def __iter__(self) -> Iterator[Text]:
-        """The frames in the order of time."""
-        return (self[i] for i in range(len(self)))
+    def _retimed(self, times: Array) -> Animation:
+        return self._picked(slice(None), times)
+
+    def _joined(self, other: Animation) -> Animation:
+        times, theta, offsets, rotations, penetration = (
+            np.concatenate([getattr(one, name) for one in (self, other)])
+            for name in ("times", "theta", "offsets", "rotations", "penetration")
+        )
+        energy = None
+        if self.energy is not None and other.energy is not None:
+            energy = np.concatenate([self.energy, other.energy])
+        scenery = [*self.scenery, *other.scenery]
+        return Animation(self.text, times, theta, offsets, rotations, penetration, energy, scenery)
 
     @property
     def duration(self) -> float:

@@ -1,0 +1,149 @@
+"""Keyframes, easing, delays, and compositions of animations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vfwidget as vf
+
+
+@pytest.fixture(scope="module")
+def thin():
+    return vf.Text("recursive", "abc", axes={"wght": 300})
+
+
+@pytest.fixture(scope="module")
+def bold(thin):
+    return thin.at(axes={"wght": 900}, offsets=[(0, 0), (0, 100), (0, 0)])
+
+
+@pytest.fixture(scope="module")
+def rise(thin, bold):
+    return vf.Animation.from_keyframes([(0, thin), (1, bold)], "linear", fps=10)
+
+
+def test_keyframes_are_reached_and_the_way_is_straight(thin, bold, rise) -> None:
+    assert len(rise) == 11
+    np.testing.assert_array_equal(rise.theta[0], thin.theta)
+    np.testing.assert_array_equal(rise.theta[-1], bold.theta)
+    np.testing.assert_allclose(rise.theta[5], (thin.theta + bold.theta) / 2)
+    assert rise.offsets[5, 1, 1] == pytest.approx(50)
+
+
+def test_named_easings_are_those_of_css(thin, bold) -> None:
+    def parts(easing):
+        eased = vf.Animation.from_keyframes([(0, thin), (1, bold)], easing, fps=4)
+        return eased.offsets[:, 1, 1] / 100
+
+    # Chromium computes 0.1291 for ease-in-out at 0.25 and 0.4085 for ease.
+    np.testing.assert_allclose(parts("ease-in-out")[:3], [0, 0.1291, 0.5], atol=2e-4)
+    assert parts("ease")[1] == pytest.approx(0.4085, abs=2e-4)
+    np.testing.assert_allclose(parts((0, 0, 1, 1)), parts("linear"), atol=1e-9)
+    np.testing.assert_allclose(parts(lambda part: part**2), [0, 1 / 16, 1 / 4, 9 / 16, 1])
+
+
+def test_a_delay_makes_a_wave(thin, bold) -> None:
+    wave = vf.Animation.from_keyframes([(0, thin), (0.5, bold)], "linear", delay=0.2, fps=10)
+    assert not wave.text.shared
+    assert wave.duration == pytest.approx(0.9)
+    first, last = wave.theta[:, 0], wave.theta[:, 2]
+    np.testing.assert_allclose(last[4:], first[:-4])
+    np.testing.assert_array_equal(last[:5], np.repeat(last[:1], 5, axis=0))
+
+
+def test_solved_edits_are_keyframes(thin) -> None:
+    handle = thin.nearest(100, 500)
+    x, y = thin.position(handle).tolist()
+    edited = vf.solve(thin, vf.Target(handle, (x - 20, y))).text
+    between = vf.Animation.from_keyframes([(0, thin), (1, edited)])
+    assert float(between[-1].position(handle)[0]) == pytest.approx(x - 20, abs=0.5)
+
+
+def test_a_target_that_moves_is_followed(thin) -> None:
+    handle = thin.nearest(100, 500)
+    x, y = thin.position(handle).tolist()
+
+    def terms(time):
+        return [vf.Target(handle, (x - 20 * time, y)), vf.StayClose()]
+
+    led = vf.Animation.from_terms(thin, terms, 1.0, fps=5)
+    found = [float(frame.position(handle)[0]) for frame in led]
+    np.testing.assert_allclose(found, x - 20 * led.times, atol=0.5)
+
+
+def test_chains_loops_and_reversals(rise) -> None:
+    back = rise.reverse()
+    np.testing.assert_array_equal(back.theta, rise.theta[::-1])
+    np.testing.assert_allclose(back.times, rise.times)
+    both = rise.chain(back)
+    assert len(both) == 22
+    assert both.times[11] == pytest.approx(1.1)
+    again = rise.loop(3)
+    assert len(again) == 33
+    np.testing.assert_array_equal(again.theta[22:], rise.theta)
+
+
+def test_retiming_keeps_the_frames_and_changes_the_speed(rise) -> None:
+    slow = rise.retime(2.0)
+    assert slow.duration == 2
+    assert slow.fps == pytest.approx(rise.fps)
+    np.testing.assert_allclose(slow.theta[::2], rise.theta)
+    eased = rise.retime(easing="ease-in")
+    assert eased.offsets[5, 1, 1] < 40
+    assert eased.offsets[-1, 1, 1] == 100
+
+
+def test_an_overlay_adds_a_motion(thin, rise) -> None:
+    shift = vf.Animation.from_keyframes(
+        [(0, thin), (2, thin.at(offsets=[(10, 0)] * 3))], "linear", fps=10
+    )
+    both = rise.overlay(shift)
+    assert both.duration == 2
+    np.testing.assert_allclose(both.offsets[-1], [[10, 0], [10, 100], [10, 0]])
+    np.testing.assert_allclose(both.theta[:11], rise.theta, atol=1e-12)
+    # Two motions to the bold end stay there.
+    assert (rise.overlay(rise).theta <= 1).all()
+
+
+def test_the_energy_and_the_penetration_go_along(thin) -> None:
+    fall = vf.simulate(thin, 4, forces=(0, -100), positions=True, progress=False)
+    assert fall.chain(fall).energy.shape == (10,)
+    np.testing.assert_array_equal(fall.reverse().energy, fall.energy[::-1])
+    assert fall.overlay(fall).energy is None
+
+
+@pytest.mark.parametrize(
+    ("keyframes", "message"),
+    [
+        ([], "pairs of seconds and a Text"),
+        ([(0, "a")], "pairs of seconds and a Text"),
+        (7, "pairs of seconds and a Text"),
+        ("decreasing", "must increase"),
+        ("other", "same string"),
+    ],
+)
+def test_wrong_keyframes_are_refused(thin, keyframes, message) -> None:
+    if keyframes == "decreasing":
+        keyframes = [(1, thin), (0, thin)]
+    elif keyframes == "other":
+        keyframes = [(0, thin), (1, vf.Text("recursive", "abd"))]
+    with pytest.raises(vf.MotionError, match=message):
+        vf.Animation.from_keyframes(keyframes)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"easing": "bouncy"}, "easing must be one of"),
+        ({"easing": (2, 0, 1, 1)}, "easing must be one of"),
+        ({"delay": -1}, "delay must be"),
+        ({"delay": [1, 2]}, "delay must be"),
+        ({"fps": 0}, "fps must be"),
+    ],
+)
+def test_wrong_options_are_refused(thin, bold, options, message) -> None:
+    with pytest.raises(vf.MotionError, match=message):
+        vf.Animation.from_keyframes([(0, thin), (1, bold)], **options)
+    with pytest.raises(vf.MotionError, match="count must be"):
+        vf.Animation.from_keyframes([(0, thin), (1, bold)]).loop(0)

@@ -1,0 +1,248 @@
+"""Physics of text: falls, impacts, stacks and pushes, and input that is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vfwidget as vf
+
+FLOOR = [(-3000, -600), (4000, -600), (4000, 0), (-3000, 0)]
+G = 6000.0
+
+
+def simulated(text, steps, **options):
+    return vf.simulate(text, steps, progress=False, **options)
+
+
+def high(string="O", font="recursive", y=1000.0):
+    return vf.Text(font, string, offsets=[(0, y)] * len(string))
+
+
+@pytest.fixture(scope="module")
+def bounce():
+    """A letter that falls by 1,000 units, and bounces twice."""
+    return simulated(high(), 70, forces=(0, -G), obstacles=[FLOOR], positions=True, restitution=0.7)
+
+
+def heights(animation):
+    """Apexes of the lowest points of the text, in font units above the floor."""
+    low = np.array([f.point_set().positions(f.place)[:, 1].min() for f in animation])
+    inner = (low[1:-1] >= low[:-2]) & (low[1:-1] > low[2:])
+    return low[1:-1][inner]
+
+
+def test_a_free_fall_is_an_exact_parabola() -> None:
+    fall = simulated(high(), 10, forces=(0, -G), positions=True)
+    expected = 1000 - G / 2 * fall.times**2
+    np.testing.assert_allclose(fall.positions[:, 0, 1], expected, atol=1e-6)
+    np.testing.assert_allclose(np.diff(fall.energy), 0, atol=1e-3)
+    np.testing.assert_allclose(fall.theta - fall.theta[0], 0, atol=1e-9)
+
+
+def test_a_bounce_loses_energy_and_never_enters_the_floor(bounce) -> None:
+    assert bounce.penetration.max() < 0.5
+    # Per frame, relative to m g h.
+    assert np.diff(bounce.energy).max() <= 1e-4 * G * 1000
+    (first, *_) = heights(bounce)
+    assert 0.4 * 1000 < first < 0.52 * 1000
+
+
+def test_the_penetration_is_the_depth_that_overlaps_finds(bounce) -> None:
+    for i in range(30, 40, 3):
+        found = vf.overlaps(bounce[i], [FLOOR])
+        depth = max((overlap.depth for overlap in found), default=0.0)
+        assert depth <= max(0.05, 1.1 * bounce.penetration[i])
+
+
+def test_an_impact_squashes_a_letter_and_the_letter_recovers(bounce) -> None:
+    moved = abs(bounce.theta - bounce.theta[0]).max((1, 2))
+    assert moved.max() > 0.02
+    lower, upper = bounce.text.font.bounds
+    assert (bounce.theta >= lower).all()
+    assert (bounce.theta <= upper).all()
+
+
+def test_the_same_input_gives_the_same_animation(bounce) -> None:
+    again = simulated(
+        high(), 70, forces=(0, -G), obstacles=[FLOOR], positions=True, restitution=0.7
+    )
+    np.testing.assert_array_equal(again.theta, bounce.theta)
+    np.testing.assert_array_equal(again.offsets, bounce.offsets)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("font", ["recursive", "roboto-flex"])
+def test_apexes_do_not_depend_on_the_substeps(font) -> None:
+    few, many = (
+        heights(
+            simulated(
+                high(font=font),
+                80,
+                forces=(0, -G),
+                obstacles=[FLOOR],
+                positions=True,
+                restitution=0.7,
+                substeps=substeps,
+            )
+        )
+        for substeps in (1, 8)
+    )
+    np.testing.assert_allclose(few[:2], many[:2], rtol=0.05)
+
+
+def test_without_restitution_a_letter_stays_on_the_floor() -> None:
+    fall = simulated(
+        high(y=200), 40, forces=(0, -G), obstacles=[FLOOR], positions=True, restitution=0.0
+    )
+    low = fall[-1].point_set().positions(fall[-1].place)[:, 1].min()
+    assert abs(low) < 0.5
+    assert np.diff(fall.energy).max() <= 1e-4 * G * 200
+
+
+def test_springs_swing_with_the_given_frequency_and_come_to_rest() -> None:
+    text = vf.Text("afacad-flux", "n", axes={"wght": 500})
+    rest = text.at(axes={"wght": 560})
+    swing = simulated(text, 90, rest=rest, stiffness=100.0, damping=2.0, substeps=8)
+    place = swing.theta[:, 0, 1] - rest.theta[0, 1].item()
+    turns = np.flatnonzero(np.diff(np.sign(place)))
+    # Half a swing of angular frequency 10.
+    assert swing.times[turns[1]] - swing.times[turns[0]] == pytest.approx(np.pi / 10, rel=0.15)
+    assert abs(place[-1]) < 0.3 * abs(place[0])
+
+
+def test_friction_stops_a_sliding_letter() -> None:
+    def way(friction):
+        slide = simulated(
+            vf.Text("recursive", "H"),
+            20,
+            forces=(0, -G),
+            impulses=[(0, (1000, 0))],
+            obstacles=[FLOOR],
+            positions=True,
+            friction=friction,
+        )
+        return slide.positions[-1, 0, 0]
+
+    assert way(0.0) == pytest.approx(1000 * 20 / 60, rel=0.01)
+    # μ g slows it down by 3,000 units/s²: it stops after a third of a second.
+    assert way(0.5) == pytest.approx(1000**2 / (2 * 0.5 * G), rel=0.1)
+
+
+def test_axes_alone_make_room_for_an_obstacle() -> None:
+    text = vf.Text("roboto-flex", "I", axes={"wght": 900})
+    right = text.point_set().positions(text.place)[:, 0].max()
+
+    def wall(time):
+        x = right - 400 * time
+        return [[(x, -50), (right + 500, -50), (right + 500, 1500), (x, 1500)]]
+
+    pushed = simulated(text, 12, obstacles=wall, restitution=0.0)
+    assert pushed.penetration.max() < 0.5
+    assert (pushed.positions[-1] == pushed.positions[0]).all()
+    assert abs(pushed.theta[-1] - pushed.theta[0]).max() > 0.01
+
+
+@pytest.mark.slow
+def test_a_stack_comes_to_rest() -> None:
+    text = vf.Text("recursive", "HEO", shared=False)
+    places = [(-g.x + 40 * (-1) ** i, 30 + 760 * i) for i, g in enumerate(text.layout)]
+    stack = simulated(
+        text.at(offsets=places), 130, forces=(0, -4000), obstacles=[FLOOR], positions=True
+    )
+    assert stack.penetration.max() < 0.5
+    assert np.diff(stack.energy).max() <= 1e-4 * 4000 * 1000
+    points = np.array([f.point_set().positions(f.place) for f in stack[-5:]])
+    assert abs(np.diff(points, axis=0)).max() < 0.01
+    # It is still a stack.
+    assert (np.diff(stack.positions[-1, :, 1]) > 500).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [3000, 30_000])
+def test_a_fast_bar_pushes_letters_and_passes_through_none(speed) -> None:
+    text = vf.Text("recursive", "in", shared=False)
+
+    def bar(time):
+        x = min(speed * time, 1200.0)
+        return [[(x - 260, 100), (x - 140, 100), (x - 140, 400), (x - 260, 400)]]
+
+    pushed = simulated(text, 30, obstacles=bar, positions=True)
+    assert pushed.penetration.max() < 0.5
+    points = np.array([f.point_set().positions(f.place) for f in pushed])
+    # The bar ends at x = 1,060, and every letter is to the right of it.
+    assert points[-1, :, 0].min() > 1059
+
+
+def test_letters_that_overlap_at_the_start_are_moved_apart_first() -> None:
+    bar = [(-100, -100), (900, -100), (900, 20), (-100, 20)]
+    text = vf.Text("recursive", "o")
+    with pytest.warns(vf.MotionWarning, match="overlapped itself or an obstacle"):
+        moved = simulated(text, 2, obstacles=[bar], positions=True)
+    assert moved.penetration.max() < 0.5
+    covering = [(-5000, -5000), (5000, -5000), (5000, 5000), (-5000, 5000)]
+    with pytest.raises(vf.MotionError, match="positions=True"):
+        simulated(text, 2, obstacles=[covering])
+
+
+def test_an_exploding_force_keeps_the_frames_so_far() -> None:
+    with pytest.raises(vf.MotionError, match="exploded after") as caught:
+        simulated(high(), 40, forces=lambda t: (0, 10.0 ** (100 * t)), positions=True)
+    assert 2 < len(caught.value.animation) < 40
+
+
+def test_an_interrupted_simulation_keeps_the_frames_so_far() -> None:
+    def forces(time):
+        if time > 0.1:
+            raise KeyboardInterrupt
+        return 0, -G
+
+    with pytest.warns(vf.MotionWarning, match="interrupted"):
+        short = simulated(high(), 40, forces=forces, positions=True)
+    assert 4 < len(short) < 10
+
+
+def test_an_animation_can_be_the_rest_state_and_an_obstacle() -> None:
+    text = vf.Text("afacad-flux", "n", axes={"wght": 500})
+    theta = np.stack([text.theta.numpy(), text.at(axes={"wght": 700}).theta.numpy()])
+    bolder = vf.Animation(text, [0.0, 0.2], theta)
+    assert bolder.at(0.1).theta[0, 1] == pytest.approx(theta[:, 0, 1].mean())
+    other = vf.Text("afacad-flux", "o", offsets=[(0, -2000)])
+    follows = simulated(text, 20, rest=bolder, obstacles=vf.Animation(other, [0.0], [other.theta]))
+    assert follows.theta[-1, 0, 1] > theta[:, 0, 1].mean()
+    assert len(follows.scenery[0]) == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"dt": 0}, "dt must be a finite number > 0"),
+        ({"dt": -1}, "dt must be"),
+        ({"steps": 0}, "steps must be a whole number ≥ 1"),
+        ({"mass": -1}, "mass must be greater than 0"),
+        ({"mass": [1, 2, 3]}, "mass must be a number"),
+        ({"forces": (0, np.nan)}, "forces must be finite"),
+        ({"forces": lambda t: (0, 0, 0)}, "forces must be"),
+        ({"stiffness": {"wgth": 2}}, "no axis 'wgth'"),
+        ({"stiffness": -1}, "stiffness must be at least 0"),
+        ({"damping": np.inf}, "damping must be finite"),
+        ({"restitution": 1.5}, "restitution must be"),
+        ({"friction": -0.1}, "friction must be"),
+        ({"substeps": "many"}, "substeps must be"),
+        ({"substeps": 0}, "substeps must be"),
+        ({"rest": "Bould"}, "rest is no state"),
+        ({"rest": vf.Text("afacad-flux", "ab", shared=False)}, "rest must be a text"),
+        ({"impulses": [(0, "up")]}, "impulse must be"),
+        ({"obstacles": [[(0, 0), (1, 0)]]}, "obstacles cannot be read"),
+        ({"obstacles": lambda t: [[(0, np.nan), (1, 0), (1, 1)]]}, "At 0 s"),
+    ],
+)
+def test_bad_input_is_refused(options, message) -> None:
+    text = vf.Text("recursive", "ab")
+    with pytest.raises(vf.MotionError, match=message):
+        simulated(text, **{"steps": 3, **options})
+
+
+def test_simulate_needs_a_text() -> None:
+    with pytest.raises(vf.MotionError, match="needs a Text"):
+        vf.simulate("word")

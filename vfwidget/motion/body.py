@@ -1,0 +1,227 @@
+r"""A text as a mechanical system: masses at its control points, and springs on its axes.
+
+The kinetic energy is that of the control points, ½ Σ mₖ |ṗₖ|². The axes have inertia because
+they move these points. The mass of a letter is spread along its outline: each segment passes an
+equal share of it to its control points, in proportion to its length.
+
+Within a letter the points move in few ways only: they are affine in the scalars γ. The *reduced
+coordinates* q of a letter are its points in an orthonormal basis of these ways, scaled by the roots
+of the masses. They keep all distances, so the kinetic energy is ½ |q̇|², with far fewer numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, IntArray
+from ..text import Text
+from ..text.place import AXES, OFFSETS
+from ..text.points import AffinePoints, PointSet
+
+LEAST_WAY = 1e-9
+"""Ways to move with a smaller share of the largest singular value are rounding."""
+BESIDE = 1e-6
+"""Inertia at a kink is measured at this distance from it, on both sides."""
+LEAST_INERTIA = 1e-6
+"""Share of the largest inertia that every axis has at least, so that none is undetermined."""
+
+
+class Body:
+    """The masses and reduced coordinates of a text.
+
+    Parameters
+    ----------
+    text : Text
+        At its rest state.
+    mass : (l,) array
+        Mass of each letter.
+    positions : bool
+        Whether the letters move freely, by their offsets.
+
+    Attributes
+    ----------
+    free : tuple of str
+        The free blocks of the text's place.
+    rows : list of slice
+        The reduced coordinates of each letter.
+    lift : (r, 2) array
+        Derivative of the reduced coordinates by a translation of their letter.
+    inertia : (p, n) array
+        Mass that each axis moves, times the mean square of the motion in font units per unit of
+        the axis.
+    """
+
+    def __init__(self, text: Text, mass: Array, positions: bool) -> None:
+        self.text, self.word = text, text.word
+        self.points = text.point_set()
+        self.free = (AXES, OFFSETS) if positions else (AXES,)
+        self.controls = self.word.contours.segments
+        self._latest: tuple[bytes, Array] | None = None
+        ends = self.word.first_point
+        self.slices = [slice(a, b) for a, b in pairwise(ends)]
+        self._roots = np.sqrt(self._masses(mass))
+        self._bases = [self._basis(own) for own in self.slices]
+        stops = np.cumsum([0, *(len(basis) for basis in self._bases)])
+        self.rows = [slice(a, b) for a, b in pairwise(stops)]
+        self.lift = np.concatenate([self._translation(i) for i in range(len(self.rows))])
+        self.letter = np.repeat(np.arange(len(self.rows)), np.diff(stops))
+        self._vector = np.zeros_like(self.letter) if self.word.shared else self.letter
+        self._deltas: Array | None = None
+        if isinstance(self.points, AffinePoints):
+            self._reduce(self.points)
+        self.inertia = self._inertia()
+
+    def _masses(self, mass: Array) -> Array:
+        """The mass of every control point, (K,)."""
+        points = self.points.positions(self.text.place)[self.controls]
+        length = np.hypot(*np.moveaxis(np.diff(points, axis=1), -1, 0)).sum(1)
+        shares = np.zeros(len(self.points.letter))
+        np.add.at(shares, self.controls, np.repeat(length[:, None] / 4, 4, axis=1))
+        total = np.bincount(self.points.letter, shares, len(mass))
+        return shares * (mass / np.where(total > 0, total, 1.0))[self.points.letter]
+
+    def _basis(self, own: slice) -> Array:
+        """An orthonormal basis (r, 2 k) of the ways in which a letter's points move."""
+        roots = self._roots[own]
+        size = 2 * len(roots)
+        if not isinstance(self.points, AffinePoints) or not size:
+            return np.eye(size)
+        shifts = np.broadcast_to(np.eye(2), (len(roots), 2, 2))
+        ways = np.concatenate([self.points.deltas[own], shifts], axis=2)
+        ways = (roots[:, None, None] * ways).reshape(size, -1)
+        scale = np.linalg.norm(ways, axis=0)
+        left, values, _ = np.linalg.svd(ways / np.where(scale > 0, scale, 1), full_matrices=False)
+        return np.ascontiguousarray(left[:, values > LEAST_WAY * values[0]].T)
+
+    def _translation(self, letter: int) -> Array:
+        roots = self._roots[self.slices[letter]]
+        along = (roots[:, None, None] * np.eye(2)).reshape(-1, 2)
+        return self._bases[letter] @ along
+
+    def _reduce(self, points: AffinePoints) -> None:
+        """The reduced coordinates as functions of the scalars and of the letters' origins."""
+        regions = points.deltas.shape[2]
+        deltas, fixed = np.zeros((len(self.lift), regions)), np.zeros(len(self.lift))
+        for basis, own, rows in zip(self._bases, self.slices, self.rows, strict=True):
+            weighted = self._roots[own, None, None] * points.deltas[own]
+            deltas[rows] = basis @ weighted.reshape(-1, regions)
+            fixed[rows] = basis @ (self._roots[own, None] * points.base[own]).ravel()
+        count = np.arange(len(self.rows))
+        still = np.zeros((len(count), 2))
+        nothing = np.zeros((len(count), 2, regions))
+        self._origins = AffinePoints(count, count, still, nothing, self.word)
+        self._deltas, self._fixed = deltas, fixed
+
+    def _inertia(self) -> Array:
+        """See the attributes of the class; the mean of both sides of a kink."""
+        place, theta = self.text.place, self.text.coordinates
+        lower, upper = self.text.font.bounds
+        found = []
+        for side in (-BESIDE, BESIDE):
+            beside = np.clip(theta + side, lower, upper)
+            found.append((self._reduced_by_axes({**place, AXES: beside}) ** 2).sum(0))
+        inertia = np.maximum(*found).reshape(theta.shape)
+        return np.maximum(inertia, LEAST_INERTIA * max(float(inertia.max()), 1.0))
+
+    def positions(self, place: Mapping[str, Array]) -> Array:
+        """All control points at a place, (K, 2)."""
+        key = _key(place)
+        if self._latest is None or self._latest[0] != key:
+            self._latest = key, self.points.positions(place)
+        return self._latest[1]
+
+    def some(self, index: IntArray) -> Some:
+        """Some of the control points, to be evaluated by themselves."""
+        return Some(self.points, index)
+
+    def reduced(self, positions: Array) -> Array:
+        """The reduced coordinates (r,) of control points (K, 2)."""
+        weighted = self._roots[:, None] * positions
+        parts = [b @ weighted[own].ravel() for b, own in zip(self._bases, self.slices, strict=True)]
+        return np.concatenate(parts)
+
+    def reduced_at(self, place: Mapping[str, Array]) -> Array:
+        """The reduced coordinates (r,) at a place."""
+        if self._deltas is None:
+            return self.reduced(self.positions(place))
+        gamma = self.word.regions.scalars(place[AXES])
+        own = (self._deltas * gamma[self._vector]).sum(1)
+        return self._fixed + own + self.force(self._origins.positions(place))
+
+    def reduced_moves(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        """Derivative (r, N) of the reduced coordinates by the free unknowns."""
+        jacobian = np.zeros((len(self.lift), max(part.stop for part in slices.values())))
+        if AXES in slices:
+            jacobian[:, slices[AXES]] = self._reduced_by_axes(place)
+        if OFFSETS in slices:
+            start = slices[OFFSETS].start
+            row = np.arange(len(self.lift))
+            for axis in range(2):
+                jacobian[row, start + 2 * self.letter + axis] = self.lift[:, axis]
+        return jacobian
+
+    def _reduced_by_axes(self, place: Mapping[str, Array]) -> Array:
+        if self._deltas is None:
+            moves = self.points.positions_and_jacobian(place)[1]
+            weighted = np.repeat(self._roots, 2)[:, None] * moves.reshape(2 * len(moves), -1)
+            parts = [
+                b @ weighted[2 * own.start : 2 * own.stop]
+                for b, own in zip(self._bases, self.slices, strict=True)
+            ]
+            return np.concatenate(parts)
+        _, slopes = self.word.regions.scalars_and_jacobian(place[AXES])
+        origins = self._origins.positions_and_jacobian(place)[1]
+        moves = (self.lift[:, :, None, None] * origins[self.letter]).sum(1)
+        for letter, own in enumerate(self.rows):
+            vector = 0 if self.word.shared else letter
+            moves[own, vector] += self._deltas[own] @ slopes[vector]
+        return moves.reshape(len(moves), -1)
+
+    def force(self, acceleration: Array) -> Array:
+        """Accelerations of the letters (l, 2) in reduced coordinates, (r,)."""
+        return (self.lift * acceleration[self.letter]).sum(1)
+
+    def translation(self, velocity: Array) -> Array:
+        """The part of a velocity (r,) that moves letters as a whole, (r,)."""
+        part = np.zeros(len(velocity))
+        for own in self.rows:
+            lift = self.lift[own]
+            mass = float((lift[:, 0] ** 2).sum())
+            if mass > 0:
+                part[own] = lift @ (lift.T @ velocity[own]) / mass
+        return part
+
+    def by_letter(self, values: Array) -> Array:
+        """Largest length of vectors at the control points (K, 2) in each letter, (l,)."""
+        lengths = np.hypot(*values.T)
+        return np.array([lengths[own].max(initial=0.0) for own in self.slices])
+
+
+class Some:
+    """Some control points of a text: their positions and moves at a place."""
+
+    def __init__(self, points: PointSet, index: IntArray) -> None:
+        self._points, self._index = points, index
+        if isinstance(points, AffinePoints):
+            names = ("letter", "origin", "base", "deltas")
+            self._points = replace(points, **{n: getattr(points, n)[index] for n in names})
+            self._index = np.arange(len(index))
+
+    def positions(self, place: Mapping[str, Array]) -> Array:
+        """Positions (p, 2)."""
+        found: Array = self._points.positions(place)[self._index]
+        return found
+
+    def moves(self, place: Mapping[str, Array]) -> Array:
+        """Derivative by the axes, (p, 2, p · n)."""
+        moves = self._points.positions_and_jacobian(place)[1][self._index]
+        return np.asarray(moves.reshape(len(moves), 2, place[AXES].size))
+
+
+def _key(place: Mapping[str, Any]) -> bytes:
+    return bytes(place[AXES].tobytes() + place[OFFSETS].tobytes())

@@ -1,0 +1,167 @@
+"""Keyframes: states at given times, with eased transitions between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..arrays import Array, to_array
+from ..errors import MotionError
+from ..solver.problem import is_number
+from ..text import Text
+from ..text.place import OFFSETS
+
+Easing: TypeAlias = "str | Sequence[float] | Callable[[Array], Any]"
+"""The name of a CSS easing, the numbers of ``cubic-bezier``, or a function from part to part."""
+
+EASINGS = {
+    "linear": (0.0, 0.0, 1.0, 1.0),
+    "ease": (0.25, 0.1, 0.25, 1.0),
+    "ease-in": (0.42, 0.0, 1.0, 1.0),
+    "ease-out": (0.0, 0.0, 0.58, 1.0),
+    "ease-in-out": (0.42, 0.0, 0.58, 1.0),
+}
+"""The easings of CSS by name, as the inner control points of a cubic from (0, 0) to (1, 1)."""
+HALVINGS = 40
+"""Bisections that find the parameter of a point on such a cubic."""
+
+
+def read_easing(easing: Easing) -> Callable[[Array], Array]:
+    """A function from the part of the time that has passed to the part of the way, both 0 to 1.
+
+    Raises
+    ------
+    MotionError
+        The name is unknown, or the numbers are no ``cubic-bezier``.
+    """
+    if callable(easing):
+        given = easing
+        return lambda part: np.asarray(to_array(given(part)))
+    numbers = EASINGS.get(easing) if isinstance(easing, str) else easing
+    try:
+        x1, y1, x2, y2 = (float(number) for number in numbers or ())
+    except (TypeError, ValueError):
+        x1 = math.nan
+    if not (0 <= x1 <= 1 and 0 <= x2 <= 1 and math.isfinite(y1 + y2)):
+        raise MotionError(
+            f"easing must be one of {', '.join(EASINGS)}, four numbers (x1, y1, x2, y2) with x "
+            f"between 0 and 1, or a function; received {easing!r}."
+        )
+
+    def eased(part: Array) -> Array:
+        low, high = np.zeros_like(part), np.ones_like(part)
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            early = _bezier(x1, x2, middle) < part
+            low, high = np.where(early, middle, low), np.where(early, high, middle)
+        return np.where(part <= 0, 0.0, np.where(part >= 1, 1.0, _bezier(y1, y2, high)))
+
+    return eased
+
+
+def _bezier(first: float, second: float, t: Array) -> Array:
+    return 3 * (1 - t) ** 2 * t * first + 3 * (1 - t) * t * t * second + t**3
+
+
+def read_keyframes(keyframes: Any) -> tuple[Array, list[Text]]:
+    """The times (q,) and the texts of keyframes.
+
+    Raises
+    ------
+    MotionError
+        They are no pairs of a time and a text, the times do not increase, or the texts differ in
+        font, string, grouping of axes or tracking.
+    """
+    try:
+        pairs = [(time, text) for time, text in keyframes]
+    except (TypeError, ValueError):
+        pairs = []
+    if not pairs or not all(is_number(t) and isinstance(text, Text) for t, text in pairs):
+        raise MotionError(
+            f"keyframes must be pairs of seconds and a Text; received {keyframes!r:.200}."
+        )
+    times = np.array([float(time) for time, _ in pairs])
+    if not np.isfinite(times).all() or not (np.diff(times) > 0).all():
+        raise MotionError(f"The times of keyframes must increase; received {times.tolist()}.")
+    texts = [text for _, text in pairs]
+    for text in texts[1:]:
+        check_same(texts[0], text)
+    return times, texts
+
+
+def check_same(first: Text, other: Text) -> None:
+    """Check that two texts are states of the same text.
+
+    Raises
+    ------
+    MotionError
+        They differ in font, string, grouping of axes or tracking.
+    """
+    same = (
+        first.font is other.font
+        and first.string == other.string
+        and first.coordinates.shape == other.coordinates.shape
+        and len(first.glyphs) == len(other.glyphs)
+        and first.tracking == other.tracking
+    )
+    if not same:
+        raise MotionError(
+            "All frames must show the same string in the same font, with the same grouping of "
+            f"axes and the same tracking; received {first!r} and {other!r}. Make one from the "
+            "other by text.at(…)."
+        )
+
+
+def read_delays(delay: Any, letters: int) -> Array:
+    """The delay of each letter in seconds, (l,), from one step for all or one number for each.
+
+    Raises
+    ------
+    MotionError
+        It is neither, or a number is negative or not finite.
+    """
+    try:
+        delays = to_array(delay)
+    except (TypeError, ValueError, RuntimeError):
+        delays = np.full(1, np.nan)
+    if delays.shape == ():
+        delays = delays * np.arange(letters)
+    if delays.shape != (letters,) or not (np.isfinite(delays) & (delays >= 0)).all():
+        raise MotionError(
+            f"delay must be a number of seconds ≥ 0, or one for each of the {letters} letters; "
+            f"received {delay!r}."
+        )
+    return delays
+
+
+def transitions(
+    times: Array, texts: Sequence[Text], delays: Array, easing: Easing, fps: float
+) -> tuple[Array, Array, Array]:
+    """Frame times (T,), Θ (T, p, n) and offsets (T, l, 2) between keyframes."""
+    ease = read_easing(easing)
+    end = times[-1] + delays.max(initial=0.0)
+    frames = max(int(np.ceil((end - times[0]) * fps - 1e-9)), 0)
+    sampled = np.minimum(times[0] + np.arange(frames + 1) / fps, end)
+    # Each letter is that much behind; the first keyframe lasts until it starts.
+    local = np.clip(sampled[:, None] - delays, times[0], times[-1])
+    theta = np.stack([text.coordinates for text in texts])
+    offsets = np.stack([text.place[OFFSETS] for text in texts])
+    at = np.clip(np.searchsorted(times, local, side="right") - 1, 0, max(len(times) - 2, 0))
+    if len(times) == 1:
+        part = np.zeros_like(local)
+        following = at
+    else:
+        following = at + 1
+        part = ease((local - times[at]) / (times[following] - times[at]))
+    letters = np.arange(len(delays))
+
+    def mixed(states: Array, rows: Any) -> Array:
+        first, second = states[at[:, rows], rows], states[following[:, rows], rows]
+        share = part[:, rows, None]
+        return np.asarray(first + share * (second - first))
+
+    vectors = np.zeros(1, dtype=np.intp) if theta.shape[1] == 1 else letters
+    return sampled, mixed(theta, vectors), mixed(offsets, letters)

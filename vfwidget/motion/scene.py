@@ -1,0 +1,129 @@
+"""The letters and obstacles of a simulation as outlines in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import MotionError, OverlapError
+from ..outline.monotone import coefficients, evaluate
+from ..outline.union import without_overlaps
+from ..overlap.contacts import SAMPLES, sampled
+from ..overlap.gaps import Outlines
+from ..overlap.shape import Shape, letters, read_obstacles
+from ..text import Text
+
+LEAST_STROKE = 4.0
+"""Strokes count as at least this thick, in font units."""
+THIN = 0.1
+"""Part of the outline at which a shape may be thinner than its stroke, because of corners."""
+
+
+class Scene:
+    """Obstacles that stand still, or move along a path over time.
+
+    Parameters
+    ----------
+    text : Text
+    obstacles : obstacles, or a function of the time that returns obstacles
+
+    Attributes
+    ----------
+    moving : bool
+    stroke : (s,) array
+        Thickness of the thinnest stroke of each shape, letters first, in font units.
+    """
+
+    def __init__(self, text: Text, obstacles: Any) -> None:
+        self.moving = callable(obstacles)
+        self._obstacles = obstacles
+        self._letters = letters(text)
+        self._known: dict[float, tuple[Outlines, Array, tuple[Array, ...]]] = {}
+        self._shapes: list[Shape] = []
+        self._outlines: Outlines | None = None
+        self.at(0.0)
+        self.stroke = np.array([_stroke(shape) for shape in (*self._letters, *self._shapes)])
+
+    def at(self, time: float) -> tuple[Outlines, Array]:
+        """All outlines, and the segments (S', 4, 2) of the obstacles, at a time in seconds."""
+        return self._at(time)[:2]
+
+    def given(self, time: float) -> Any:
+        """The obstacles as the caller gives them."""
+        return self._obstacles(time) if self.moving else self._obstacles
+
+    def contours(self, time: float) -> tuple[Array, ...]:
+        """The closed contours (s, 4, 2) of the obstacles."""
+        return self._at(time)[2]
+
+    def _at(self, time: float) -> tuple[Outlines, Array, tuple[Array, ...]]:
+        key = time if self.moving else 0.0
+        if key not in self._known:
+            if len(self._known) > 8:
+                self._known.clear()
+            self._known[key] = self._read(time)
+        return self._known[key]
+
+    def _read(self, time: float) -> tuple[Outlines, Array, tuple[Array, ...]]:
+        try:
+            shapes = [_simple(shape) for shape in read_obstacles(self.given(time))]
+        except OverlapError as error:
+            when = f" At {time:.4g} s:" if self.moving else ""
+            raise MotionError(f"The obstacles cannot be read.{when} {error}") from error
+        # The structure decides which points correspond to each other at two times.
+        if self._outlines is None or [s.sizes for s in shapes] != [s.sizes for s in self._shapes]:
+            self._outlines = Outlines([*self._letters, *shapes], len(self._letters))
+        self._shapes = shapes
+        segments = [np.zeros((0, 4, 2)), *(shape.segments for shape in shapes)]
+        contours = tuple(c for shape in shapes for c in _contours(shape))
+        return self._outlines, np.concatenate(segments), contours
+
+
+def _simple(shape: Shape) -> Shape:
+    """The shape without overlaps between its contours."""
+    if len(shape.sizes) == 1 and len(shape.segments) <= 8 and _is_convex(shape):
+        return shape
+    contours = without_overlaps(shape.segments, shape.sizes)
+    return Shape(np.concatenate(contours), [len(contour) for contour in contours])
+
+
+def _is_convex(shape: Shape) -> bool:
+    """Whether the control polygon always turns the same way."""
+    sides = np.diff(shape.segments, axis=1).reshape(-1, 2)
+    sides = sides[np.hypot(*sides.T) > 0]
+    turns = sides[:, 0] * np.roll(sides[:, 1], -1) - sides[:, 1] * np.roll(sides[:, 0], -1)
+    scale = 1e-9 * float((sides * sides).sum(1).max())
+    angle = np.arctan2(turns, (sides * np.roll(sides, -1, 0)).sum(1)).sum()
+    return bool(((turns >= -scale).all() or (turns <= scale).all()) and abs(angle) < 7)
+
+
+def _contours(shape: Shape) -> Sequence[Array]:
+    return np.split(shape.segments, np.cumsum(shape.sizes)[:-1])
+
+
+def _stroke(shape: Shape) -> float:
+    """The thickness that all but a tenth of the outline exceed, measured straight inwards."""
+    if not shape.sizes:
+        return np.inf
+    spans = shape.union()
+    points = sampled(shape, spans)
+    # Chords between neighbouring samples of one span stand for the outline.
+    bound = np.flatnonzero(spans.weight)
+    t = np.linspace(spans.start[bound], spans.end[bound], SAMPLES + 1)
+    corners = evaluate(coefficients(shape.segments)[..., spans.cubic[bound]][:, :, None], t)
+    low, high = corners[:, :-1].reshape(2, -1), corners[:, 1:].reshape(2, -1)
+    along = high - low
+    inwards = -points.outward
+    away = low[:, None] - points.position.T[..., None]
+    across = inwards.T[0][:, None] * along[1] - inwards.T[1][:, None] * along[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        depth = (away[0] * along[1] - away[1] * along[0]) / across
+        part = (away[0] * inwards.T[1][:, None] - away[1] * inwards.T[0][:, None]) / across
+    # Curves hide their own chords from the ray.
+    hits = (depth > LEAST_STROKE) & (part >= 0) & (part <= 1)
+    first = np.where(hits, depth, np.inf).min(1)
+    first = first[np.isfinite(first)]
+    return float(max(np.quantile(first, THIN), LEAST_STROKE)) if len(first) else LEAST_STROKE

@@ -1,0 +1,291 @@
+"""Physics decides the frames: momentum, elasticity and contact (Sec. 5.3)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from tqdm.auto import tqdm
+
+from ..arrays import Array
+from ..errors import MotionError, MotionWarning, SolveError, warn_caller
+from ..text import Text
+from ..text.place import AXES, OFFSETS, Place
+from .animation import Animation
+from .body import Body
+from .inputs import (
+    over_time,
+    read_impulses,
+    read_masses,
+    read_rates,
+    read_rest,
+    read_vectors,
+)
+from .numbers import read_count, read_number
+from .scene import Scene
+from .start import apart
+from .steps import Laws, State, Stepper
+
+PROBE = 20.0
+"""Font units: depth up to which the penetration of a frame is measured."""
+SLOW, PATIENCE = 5e-3, 0.5
+"""A text that moves by less than so many em a second for so many seconds falls asleep."""
+FARTHEST = 1e7
+"""Font units: letters that are farther away have exploded."""
+
+
+def simulate(
+    text: Text,
+    steps: int = 120,
+    dt: float = 1 / 60,
+    *,
+    rest: Any = None,
+    stiffness: Any = 400.0,
+    mass: Any = 1.0,
+    damping: Any = 4.0,
+    forces: Any = (0.0, 0.0),
+    impulses: Any = (),
+    obstacles: Any = (),
+    positions: bool = False,
+    restitution: float = 0.3,
+    friction: float = 0.5,
+    substeps: int | str = "auto",
+    progress: bool = True,
+) -> Animation:
+    """Let a text move by the laws of mechanics, within the design space of its font (Sec. 5.3).
+
+    Parameters
+    ----------
+    text : Text
+        Where the motion starts, at rest. It is not changed.
+    steps : int
+        Number of frames after the first one. Default 120.
+    dt : float
+        Seconds from one frame to the next. Default 1/60.
+    rest : optional
+        The state to which the springs pull the axes: axis values, a Text, normalized coordinates,
+        an :class:`Animation`, or a function of the time that returns one of the first three.
+        Default: the axes of ``text``.
+    stiffness : number, mapping of tag to number, (n,), (p, 1) or (p, n) array
+        Squared angular frequency of each axis, in 1/s²: 0 for no spring. It is a rate, so letters
+        of all fonts and masses swing equally fast. Default 400, which is about three swings a
+        second.
+    mass : number or (l,) array
+        Mass of each letter. Default 1. Only the ratios of the masses matter.
+    damping : as ``stiffness``
+        Damping rate of each axis, in 1/s. The swings of an axis decay like exp(−damping · t / 2).
+        Default 4.
+    forces : (2,) or (l, 2) array, or function of the time
+        Acceleration of all letters, or of each one, in font units per s². Default none. Gravity
+        that suits an em of 1,000 units is (0, -4000).
+    impulses : sequence of (seconds, (2,) or (l, 2) array)
+        Sudden changes of velocity, in font units per second. With time 0 it is the velocity at the
+        start.
+    obstacles : as for :func:`~vfwidget.overlaps`, an Animation, or a function of the time
+        Shapes that the letters cannot enter. A function returns the obstacles at a time in
+        seconds; they push the letters.
+    positions : bool
+        Whether the letters move freely. Otherwise only their axes move. Default False.
+    restitution : float
+        Ratio of the speeds after and before an impact, 0 to 1. Default 0.3.
+    friction : float
+        Coulomb's coefficient, ≥ 0. Default 0.5.
+    substeps : "auto" or int
+        Steps of the computation for each frame. "auto" adapts them, so that no letter or obstacle
+        passes through a stroke unseen.
+    progress : bool
+        Whether to show a progress bar. Default True.
+
+    Returns
+    -------
+    Animation
+        ``steps + 1`` frames. If the computation is interrupted (Ctrl-C), the frames so far.
+
+    Raises
+    ------
+    MotionError
+        An argument is not what is described above; an overlap at the start cannot be resolved; or
+        the motion has exploded. In the last case, ``error.animation`` holds the frames so far.
+
+    Warns
+    -----
+    MotionWarning
+        Letters overlapped each other or an obstacle at the start, and were moved apart.
+
+    Notes
+    -----
+    A step minimises the sum of three energies over the text's place, as in the paper: inertia of
+    the control points, springs on the axes, and contact. The same input gives the same result.
+
+    Examples
+    --------
+    >>> import vfwidget as vf
+    >>> floor = [(-500, -100), (1500, -100), (1500, 0), (-500, 0)]
+    >>> text = vf.Text("recursive", "O", offsets=[(0, 300)])
+    >>> fall = vf.simulate(text, 20, forces=(0, -4000), obstacles=[floor], positions=True,
+    ...                    progress=False)
+    >>> len(fall), bool(fall.positions[-1, 0, 1] < 100), bool(fall.penetration.max() < 0.5)
+    (21, True, True)
+    """
+    if not isinstance(text, Text):
+        raise MotionError(f"simulate needs a Text first; received {type(text).__name__}.")
+    letters = len(text.glyphs)
+    steps = read_count("steps", steps)
+    auto = isinstance(substeps, str) and substeps == "auto"
+    laws = Laws(
+        stiffness=read_rates("stiffness", stiffness, text),
+        damping=read_rates("damping", damping, text),
+        restitution=read_number("restitution", restitution, 0.0, 1.0, False),
+        friction=read_number("friction", friction, 0.0, math.inf, False),
+        frame=read_number("dt", dt, 0.0, math.inf, True),
+        substeps=None if auto else read_count('substeps must be "auto" or', substeps),
+    )
+    masses = read_masses(mass, letters)
+    pushes = read_impulses(impulses, letters)
+    outside = _Influences(text, over_time(rest), over_time(forces))
+    outside.at(0.0)
+    scene = Scene(text, over_time(obstacles))
+    body = Body(text, masses, bool(positions))
+    start = apart(body, scene)
+    laws = replace(
+        laws, stiffness=laws.stiffness * body.inertia, damping=laws.damping * body.inertia
+    )
+    run = _Run(body, scene, laws, outside, pushes, start)
+    with tqdm(total=steps, desc="simulate", leave=False, disable=not progress) as bar:
+        try:
+            for _ in range(steps):
+                run.advance()
+                bar.update()
+        except KeyboardInterrupt:
+            warn_caller(
+                f"The simulation was interrupted after {run.time:.4g} s; the frames so far are "
+                "returned.",
+                MotionWarning,
+            )
+        except _Explosion as error:
+            failure = MotionError(
+                f"The motion exploded after {run.time:.4g} s ({error}). Use weaker forces or a "
+                "shorter dt; error.animation holds the frames so far."
+            )
+            failure.animation = run.animation()
+            raise failure from error
+    return run.animation()
+
+
+class _Explosion(Exception):
+    """The motion cannot go on."""
+
+
+class _Influences:
+    """The rest state and the accelerations as functions of the time."""
+
+    def __init__(self, text: Text, rest: Any, forces: Any) -> None:
+        self.text, self._rest, self._forces = text, rest, forces
+        self.changing = callable(rest) or callable(forces)
+
+    def at(self, time: float) -> tuple[Array, Array]:
+        """Accelerations (l, 2) and the rest state (p, n)."""
+        forces = self._forces(time) if callable(self._forces) else self._forces
+        rest = self._rest(time) if callable(self._rest) else self._rest
+        return (
+            read_vectors("forces", forces, len(self.text.glyphs)),
+            self.text.coordinates if rest is None else read_rest(rest, self.text),
+        )
+
+
+@dataclass
+class _Run:
+    """A simulation: the present state, and what each frame has recorded."""
+
+    body: Body
+    scene: Scene
+    laws: Laws
+    outside: _Influences
+    impulses: list[tuple[float, Array]]
+    start: Place
+    frames: list[tuple[Place, float, float]] = field(default_factory=list)
+    quiet: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.stepper = Stepper(self.body, self.scene, self.laws)
+        count = len(self.body.rows)
+        velocity = np.zeros(len(self.body.lift))
+        self.state = State(self.start, velocity, np.zeros(count, dtype=bool))
+        self._asleep: list[Array] | None = None
+        self._push()
+        self._record()
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start."""
+        return max(len(self.frames) - 1, 0) * self.laws.frame
+
+    def _push(self) -> bool:
+        """Apply the impulses whose time has come."""
+        due = np.zeros_like(self.state.velocity)
+        while self.impulses and self.impulses[0][0] <= self.time + 1e-9:
+            due = due + self.body.force(self.impulses.pop(0)[1])
+        self.state = replace(self.state, velocity=self.state.velocity + due)
+        return bool(np.any(due))
+
+    def advance(self) -> None:
+        """Compute the next frame."""
+        time = self.time
+        acceleration, rest = self.outside.at(time)
+        pushed = self._push() if self.frames else False
+        around = [acceleration, rest, self.scene.at(time + self.laws.frame)[1]]
+        if self._asleep is not None:
+            same = all(map(np.array_equal, self._asleep, around))
+            if same and not pushed:
+                self.frames.append(self.frames[-1])
+                return
+            self._asleep, self.quiet = None, 0.0
+        before = self.body.positions(self.state.place)
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                self.state = self.stepper.frame(self.state, time, acceleration, rest)
+        except (SolveError, np.linalg.LinAlgError) as error:
+            raise _Explosion("the equations of a step have no finite solution") from error
+        after = self.body.positions(self.state.place)
+        farthest = float(abs(after).max(initial=0.0))
+        if not farthest < FARTHEST:
+            raise _Explosion(f"a letter is {farthest:.3g} font units away")
+        speed = float(self.body.by_letter(after - before).max(initial=0.0)) / self.laws.frame
+        slow = speed < SLOW * self.body.text.font.units_per_em
+        self.quiet = self.quiet + self.laws.frame if slow else 0.0
+        if self.quiet >= PATIENCE and not pushed:
+            self._asleep = around
+            self.state = replace(self.state, velocity=np.zeros_like(self.state.velocity))
+        self._record()
+
+    def _record(self) -> None:
+        place, velocity = self.state.place, self.state.velocity
+        time = self.time if not self.frames else self.time + self.laws.frame
+        acceleration, rest = self.outside.at(time)
+        points = self.body.positions(place)
+        outlines, obstacles = self.scene.at(time)
+        gaps = outlines.gaps(np.concatenate([points[self.body.controls], obstacles]), PROBE)
+        deepest = max(0.0, -float(gaps.gap.min(initial=0.0)))
+        stretch = self.laws.stiffness * (place[AXES] - rest) ** 2
+        energy = (
+            0.5 * float(velocity @ velocity)
+            + 0.5 * float(stretch.sum())
+            - float(self.body.force(acceleration) @ self.body.reduced_at(place))
+        )
+        self.frames.append((place, deepest, energy))
+
+    def animation(self) -> Animation:
+        """The frames so far."""
+        places, penetration, energy = zip(*self.frames, strict=True)
+        times = self.laws.frame * np.arange(len(places))
+        return Animation(
+            self.body.text.moved_to(places[0]),
+            times,
+            np.array([place[AXES] for place in places]),
+            np.array([place[OFFSETS] for place in places]),
+            penetration=np.array(penetration),
+            energy=np.array(energy),
+            scenery=[self.scene.contours(time) for time in times],
+        )

@@ -1,0 +1,72 @@
+"""The start of a simulation: letters that overlap are moved apart first."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..energy import StayClose
+from ..energy.descent import descend
+from ..energy.energy import Energy
+from ..errors import MotionError, MotionWarning, warn_caller
+from ..overlap.overlaps import overlaps
+from ..overlap.resolve import resolve_overlaps
+from ..solver.problem import Tolerances
+from ..text import Text
+from ..text.place import OFFSETS, Place
+from .body import Body
+from .scene import Scene
+from .terms import STIFFNESS, Contact, Inertia, Touches
+
+DEEP = 0.5
+"""Font units: a deeper overlap is resolved."""
+ROUNDS = 12
+"""Searches for a free state nearby."""
+
+
+def apart(body: Body, scene: Scene) -> Place:
+    """The place of the text; if letters overlap, the nearest free place that is found.
+
+    Raises
+    ------
+    MotionError
+        The overlaps cannot be resolved.
+    """
+    text, obstacles = body.text, scene.given(0.0)
+    depth = deepest(text, obstacles)
+    if depth <= DEEP:
+        return text.place
+    before = depth
+    if OFFSETS not in body.free:
+        text = resolve_overlaps(text, obstacles).text
+        depth = deepest(text, obstacles)
+    outlines, segments = scene.at(0.0)
+    goal = body.reduced_at(text.place)
+    for _ in range(ROUNDS):
+        if depth <= DEEP:
+            break
+        here = np.concatenate([body.positions(text.place)[body.controls], segments])
+        touches = Touches(body, outlines.gaps(here, 2 * depth), segments)
+        terms = [Inertia(body, goal), StayClose(), Contact(touches, 100 * STIFFNESS)]
+        energy = Energy(text, terms, free=body.free)
+        found = descend(energy, energy.unknowns.start, Tolerances(), 60, scale_by_columns=True)
+        text = text.moved_to(energy.unknowns.place(found.state.x))
+        depth = deepest(text, obstacles)
+    if depth > DEEP:
+        raise MotionError(
+            f"At the start the text overlaps itself or an obstacle by {before:.3g} font units, and "
+            "no free state was found nearby. Move the obstacle or the text"
+            + ("." if OFFSETS in body.free else ", or pass positions=True.")
+        )
+    warn_caller(
+        f"At the start the text overlapped itself or an obstacle by {before:.3g} font units. It "
+        "starts from the nearest free state that was found.",
+        MotionWarning,
+    )
+    return text.place
+
+
+def deepest(text: Text, obstacles: Any) -> float:
+    """The depth of the deepest overlap, in font units."""
+    return max((overlap.depth for overlap in overlaps(text, obstacles)), default=0.0)

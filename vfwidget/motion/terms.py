@@ -1,0 +1,212 @@
+"""The terms of a time step: inertia, springs, contact and friction (Sec. 5.3).
+
+All are sums of squares in units of mass times squared font units, which is energy times 2 h² for a
+step of h seconds. Their sum is minimised over the text's place by the solver of the package.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, IntArray
+from ..energy import Term
+from ..energy.rows import Rows
+from ..overlap.gaps import Gaps
+from ..text import Text
+from ..text.place import AXES, OFFSETS
+from .body import Body
+
+STIFFNESS = 1e3
+"""Weight of a squared penetration for a mass of 1."""
+SLIP = 0.02
+"""Font units: friction resists a smaller displacement like a spring, and holds it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inertia(Term):
+    """Keep the momentum: ‖q(x) − q̂‖² in reduced coordinates, with q̂ where the motion leads."""
+
+    body: Body
+    goal: Array
+    tolerance = None
+
+    def locate(self, text: Text) -> Rows | None:
+        return _Rows(self)
+
+    def residual_at(self, place: Mapping[str, Array]) -> Array:
+        """The residual (r,)."""
+        return self.body.reduced_at(place) - self.goal
+
+    def jacobian_at(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        """Its derivative (r, N)."""
+        return self.body.reduced_moves(place, slices)
+
+
+@dataclass(frozen=True, eq=False)
+class Springs(Term):
+    """Pull the axes to their rest state and slow them down: Σ weights · (Θ − reference)²."""
+
+    weights: Array
+    reference: Array
+    tolerance = None
+
+    def locate(self, text: Text) -> Rows | None:
+        return None
+
+    def proximity(self, text: Text) -> Mapping[str, tuple[Array, Array]]:
+        return {AXES: (self.weights, self.reference)}
+
+
+class Touches:
+    """C pairs of points of two shapes, carried by control points or by an obstacle.
+
+    Parameters
+    ----------
+    body : Body
+    gaps : Gaps
+    obstacles : (S', 4, 2) array
+        Segments of the obstacles, which follow those of the letters.
+    """
+
+    def __init__(self, body: Body, gaps: Gaps, obstacles: Array) -> None:
+        self.gaps, self.normals = gaps, gaps.normal
+        count = len(body.controls)
+        moving = gaps.segment < count
+        s, t = 1 - gaps.t, gaps.t
+        weights = np.stack([s**3, 3 * s * s * t, 3 * s * t * t, t**3], -1)
+        weights[:, 1] *= -1
+        points = np.where(moving[..., None], body.controls[np.where(moving, gaps.segment, 0)], 0)
+        used, index = np.unique(points, return_inverse=True)
+        self._index: IntArray = index.reshape(points.shape)
+        self._points = body.some(used)
+        self._weights = weights * moving[..., None]
+        self._letter = np.where(moving, gaps.shape, -1)
+        self._fixed = np.zeros(self.normals.shape)
+        if not moving.all():
+            fixed = obstacles[np.where(moving, 0, gaps.segment - count)]
+            self._fixed = np.einsum("csk,cskd->cd", weights * ~moving[..., None], fixed)
+
+    def relative(self, place: Mapping[str, Array]) -> Array:
+        """The first points as seen from the second ones, (C, 2)."""
+        points = self._points.positions(place)[self._index]
+        return np.einsum("csk,cskd->cd", self._weights, points) + self._fixed
+
+    def jacobian(
+        self, directions: Array, place: Mapping[str, Array], slices: Mapping[str, slice]
+    ) -> Array:
+        """Derivative (C, N) of the relative positions along directions (C, 2)."""
+        jacobian = np.zeros((len(directions), max(part.stop for part in slices.values())))
+        if AXES in slices:
+            moves = self._points.moves(place)
+            by = np.zeros((len(directions), len(moves), 2))
+            each = self._weights[..., None] * directions[:, None, None]
+            row = np.arange(len(by))[:, None, None]
+            np.add.at(by, (row, self._index), each)
+            flat = by.reshape(len(by), 2 * len(moves))
+            jacobian[:, slices[AXES]] = flat @ moves.reshape(2 * len(moves), place[AXES].size)
+        if OFFSETS in slices:
+            start = slices[OFFSETS].start
+            for side, sign in ((0, 1.0), (1, -1.0)):
+                row = np.flatnonzero(self._letter[:, side] >= 0)
+                column = start + 2 * self._letter[row, side]
+                jacobian[row, column] += sign * directions[row, 0]
+                jacobian[row, column + 1] += sign * directions[row, 1]
+        return jacobian
+
+
+@dataclass(frozen=True, eq=False)
+class Contact(Term):
+    """Keep outlines apart: Σ max(0, least − N·(a − b))² over contacts (Eq. 5).
+
+    Attributes
+    ----------
+    touches : Touches
+    least : (C,) array or float
+        The gaps that are kept, in font units. Default 0.
+    """
+
+    touches: Touches
+    weight: float = STIFFNESS
+    least: Any = 0.0
+    tolerance = None
+
+    def locate(self, text: Text) -> Rows | None:
+        return _Rows(self)
+
+    def residual_at(self, place: Mapping[str, Array]) -> Array:
+        """The residual (C,), weighted."""
+        gaps = (self.touches.relative(place) * self.touches.normals).sum(1)
+        return np.sqrt(self.weight) * np.maximum(self.least - gaps, 0.0)
+
+    def jacobian_at(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        """Its derivative (C, N)."""
+        beyond = self.residual_at(place) > 0
+        directions = -np.sqrt(self.weight) * beyond[:, None] * self.touches.normals
+        return self.touches.jacobian(directions, place, slices)
+
+
+@dataclass(frozen=True, eq=False)
+class Friction(Term):
+    """Coulomb friction: 2 Σ μλ (√(u² + s²) − s) for displacements u along the contacts.
+
+    Attributes
+    ----------
+    touches : Touches
+    start : (C, 2) array
+        Their relative positions at the start of the time step.
+    limit : (C,) array
+        μλ, the largest friction of each contact.
+    """
+
+    touches: Touches
+    start: Array
+    limit: Array
+    tolerance = None
+
+    def locate(self, text: Text) -> Rows | None:
+        return _Rows(self)
+
+    def _slide(self, place: Mapping[str, Array]) -> tuple[Array, Array]:
+        normals = self.touches.normals
+        along = np.stack([-normals[:, 1], normals[:, 0]], 1)
+        moved = self.touches.relative(place) - self.start
+        return (moved * along).sum(1), along
+
+    def residual_at(self, place: Mapping[str, Array]) -> Array:
+        """The residual (C,): the root of each contact's share, with the sign of u."""
+        u, _ = self._slide(place)
+        return np.sign(u) * np.sqrt(2 * self.limit * _beyond(u))
+
+    def jacobian_at(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        """Its derivative (C, N)."""
+        u, along = self._slide(place)
+        root = np.sqrt(u * u + SLIP * SLIP)
+        # With √(u² + s²) − s = u² / (√(u² + s²) + s), nothing is divided by zero.
+        slope = np.sqrt(self.limit * (root + SLIP) / 2) / root
+        return self.touches.jacobian(slope[:, None] * along, place, slices)
+
+
+def _beyond(u: Array) -> Array:
+    return np.asarray(u * u / (np.sqrt(u * u + SLIP * SLIP) + SLIP))
+
+
+class _Rows:
+    """The rows of a term that evaluates the place itself."""
+
+    def __init__(self, term: Any) -> None:
+        self.term = term
+
+    def residual(self, place: Mapping[str, Array]) -> Array:
+        found: Array = self.term.residual_at(place)
+        return found
+
+    def own_residual(self, place: Mapping[str, Array]) -> Array:
+        return self.residual(place)
+
+    def jacobian(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        found: Array = self.term.jacobian_at(place, slices)
+        return found
