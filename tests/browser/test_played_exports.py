@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import registry_fonts
 from PIL import Image
 from scipy.ndimage import binary_dilation
 
@@ -118,10 +119,21 @@ def play_css(page: Any, seconds: float) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("font", "string"),
+    [
+        ("recursive", "AVog"),
+        # Glyphs that depend on their neighbours; marks, lines and brackets; letters that join.
+        pytest.param("shantell-sans", "oooo", marks=pytest.mark.slow),
+        pytest.param("recursive", "e\u0301ñ\n(b)", marks=pytest.mark.slow),
+        pytest.param("vazirmatn/vazirmatn-arabic-wght-normal", "سلام", marks=pytest.mark.slow),
+        pytest.param("rubik/rubik-hebrew-wght-normal", "שלום", marks=pytest.mark.slow),
+    ],
+)
 def test_the_page_draws_the_frames_with_the_font_of_the_browser(
-    open_page: Callable[..., Any], tmp_path: Path
+    open_page: Callable[..., Any], tmp_path: Path, font: str, string: str
 ) -> None:
-    animation = film()
+    animation = film(registry_fonts.path(font) if "/" in font else font, string)
     animation.to_html(tmp_path / "page.html")
     page = open_page(tmp_path / "page.html")
     text = page.locator(".vf-text")
@@ -131,8 +143,8 @@ def test_the_page_draws_the_frames_with_the_font_of_the_browser(
     for number in stage.numbers():
         play_css(page, stage.seconds(number))
         stage.agrees(number)
-    assert text.inner_text() == "AVog"
-    assert page.get_by_role("img", name="AVog").count() == 1
+    assert text.inner_text().replace("\u200d", "") == string.replace("\n", "")
+    assert page.get_by_role("img", name=" ".join(string.split())).count() == 1
 
 
 def test_the_style_sheet_works_in_a_page_that_has_the_font(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import json
 import re
@@ -11,6 +12,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
+import formats
 import numpy as np
 import pytest
 from fontTools.ttLib import TTFont
@@ -184,11 +186,6 @@ def test_hostile_names_and_texts_are_inert() -> None:
     assert ET.fromstring(bad.to_svg()).find(f"{SVG}title").text.endswith(HOSTILE)  # type: ignore[union-attr]
     assert json.loads(bad.to_lottie())["nm"].endswith(HOSTILE)
     assert json.loads(bad.to_json())["family"] == HOSTILE
-    assert "</style>" not in moving_css(bad, '"></style><script>')
-
-
-def moving_css(animation: Any, name: str) -> str:
-    return str(animation.to_css(name=name)).split("*/")[1]
 
 
 @pytest.mark.parametrize("kind", WRITERS)
@@ -211,10 +208,35 @@ def test_a_glyph_that_depends_on_its_neighbours_is_refused_with_a_remedy() -> No
     assert film("shantell-sans", "oooo", frames=3, features={"rlig": False}).to_css()
 
 
+def test_the_font_of_a_page_chooses_glyphs_that_depend_on_their_neighbours() -> None:
+    animation = film("shantell-sans", "oooo", frames=3)
+    html = animation.to_html()
+    found = re.search(r"base64,(.*?)\"", html)
+    assert found
+    font = vf.load_font(base64.b64decode(found[1]))
+    for index, glyph in enumerate(animation.text.glyphs, start=1):
+        settings = re.search(rf'nth-child\({index}\) {{[^}}]*"vfwd" (\d)', html)
+        features = {"vfwd": int(settings[1])} if settings else {}
+        (shaped,) = vf.Text(font, "o", features=features).glyphs
+        np.testing.assert_array_equal(shaped.default, glyph.default)
+
+
+def test_colour_glyphs_are_left_to_browsers() -> None:
+    font = vf.load_font(formats.flat_colours())
+    text = vf.Text(font, "b")
+    animation = vf.Animation(text, [0, 1], np.repeat(text.theta.numpy()[None], 2, axis=0))
+    for kind in ("svg", "lottie", "gif"):
+        with pytest.raises(vf.MotionError, match="colour glyphs"):
+            getattr(animation, f"to_{kind}")()
+    assert animation.to_html() and vf.Player(animation)._picture.bundle()
+
+
 @pytest.mark.parametrize(
     ("kind", "options", "message"),
     [
         ("css", {"tolerance": -1}, "tolerance"),
+        ("css", {"name": "a b"}, "name must be a letter"),
+        ("css", {"name": '"></style><script>'}, "name must be a letter"),
         ("svg", {"tolerance": float("nan")}, "tolerance"),
         ("lottie", {"ink": "nothing"}, "opaque colour"),
         ("gif", {"background": "#12345600"}, "opaque colour"),

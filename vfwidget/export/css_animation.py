@@ -26,6 +26,8 @@ class Span:
     text : str
     rtl : bool
         Whether the characters belong to a run from right to left.
+    features : mapping of tag to int
+        OpenType features of this element only.
     times : (K,) array
         Seconds since the start of the animation.
     axes : (K, n) array
@@ -38,6 +40,7 @@ class Span:
 
     text: str
     rtl: bool
+    features: Mapping[str, int]
     times: Array = field(repr=False)
     axes: Array = field(repr=False)
     origins: Array = field(repr=False)
@@ -90,7 +93,6 @@ def style_sheet(
     )
     left, bottom, right, top = box
     scope = f".{identifier(name)}"
-    switched = ", ".join(f"{quoted(tag)} {value:d}" for tag, value in features.items())
     rules = [
         f'@property {properties[i]} {{ syntax: "<number>"; inherits: true; '
         f"initial-value: {number(values[0, i])}; }}"
@@ -101,7 +103,7 @@ def style_sheet(
         # end, and the one in each letter puts the lower end of the letter on its baseline.
         f"{scope} {{ position: relative; width: {number(right - left)}em; "
         f"height: {number(top - bottom)}em; font-family: {quoted(family)}; "
-        f"font-feature-settings: {switched or 'normal'}; font-synthesis: none; "
+        f"font-feature-settings: {_switched(features)}; font-synthesis: none; "
         "white-space: pre; line-height: 0; direction: ltr; text-align: left; }",
         f'{scope}::before {{ content: ""; display: inline-block; height: {number(top)}em; }}',
         f"{scope} > span {{ display: inline-block; width: 0; transform-origin: 0 100%; "
@@ -112,8 +114,11 @@ def style_sheet(
     for index, span in enumerate(spans, start=1):
         frames = [_declarations(span, k, properties, (left, 0.0)) for k in range(len(span.times))]
         keyframes = f"{identifier(name)}-{index}"
+        own = ""
+        if span.features:
+            own = f" font-feature-settings: {_switched({**features, **span.features})};"
         rules.append(
-            f"{scope} > :nth-child({index}) {{ {frames[-1]} animation-name: {keyframes}; }}"
+            f"{scope} > :nth-child({index}) {{ {frames[-1]}{own} animation-name: {keyframes}; }}"
         )
         steps = [
             f"{number(100 * time / duration)}% {{ {frame} }}"
@@ -124,6 +129,11 @@ def style_sheet(
         f"@media (prefers-reduced-motion: reduce) {{ {scope} > span {{ animation: none; }} }}"
     )
     return "\n".join(rules) + "\n"
+
+
+def _switched(features: Mapping[str, int]) -> str:
+    """The value of ``font-feature-settings``."""
+    return ", ".join(f"{quoted(tag)} {value:d}" for tag, value in features.items()) or "normal"
 
 
 def _declarations(

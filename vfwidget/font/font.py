@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from threading import RLock
@@ -201,15 +201,23 @@ class Font(DesignSpace):
         source = open_font(font_bytes(self._ttfont), self._index)
         return load_font(instantiate(source, limits, name, string), static=True)
 
-    def web_font(self, string: str) -> bytes:
+    def web_font(self, string: str, alternates: Mapping[str, Sequence[str]] | None = None) -> bytes:
         """A WOFF2 file with every axis, and only the glyphs that a text may need.
+
+        Parameters
+        ----------
+        string : str
+        alternates : mapping of glyph name to glyph names, optional
+            The value k of the feature ``"vfwd"``, which the file then has in addition to those of
+            the font, replaces a glyph by the k-th of its alternates.
 
         Raises
         ------
         FontError
             fontTools cannot make the file.
         """
-        return web_font(open_font(font_bytes(self._ttfont), self._index), string)
+        font = open_font(font_bytes(self._ttfont), self._index)
+        return web_font(font, string, alternates or {})
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the font file as it was read, or as :meth:`instance` made it."""

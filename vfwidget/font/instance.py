@@ -16,6 +16,7 @@ from fontTools.ttLib import TTFont
 from fontTools.varLib import instancer
 
 from ..errors import AxisError, FontError
+from .alternates import add_alternates
 from .axes import Axis
 from .names import family_name
 
@@ -94,7 +95,7 @@ def instantiate(font: TTFont, limits: AxisLimits, name: str | None, string: str 
     return file.getvalue()
 
 
-def web_font(font: TTFont, string: str) -> bytes:
+def web_font(font: TTFont, string: str, alternates: Mapping[str, Sequence[str]]) -> bytes:
     """A WOFF2 file with every axis, and only the glyphs that a text may need.
 
     Parameters
@@ -102,6 +103,8 @@ def web_font(font: TTFont, string: str) -> bytes:
     font : TTFont
         Read from the file for this purpose; it is changed.
     string : str
+    alternates : mapping of glyph name to glyph names
+        See :func:`~vfwidget.font.alternates.add_alternates`.
 
     Raises
     ------
@@ -110,6 +113,8 @@ def web_font(font: TTFont, string: str) -> bytes:
     """
     try:
         _keep_glyphs(font, string)
+        if alternates:
+            add_alternates(font, alternates)
         file = io.BytesIO()
         font.flavor = "woff2"
         font.recalcTimestamp = False  # the same text gives the same file

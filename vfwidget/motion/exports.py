@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
+from ..errors import MotionError
 from ..export.animated_svg import animated_picture
-from ..export.css_animation import Span, markup, style_sheet
+from ..export.css_animation import markup, style_sheet
 from ..export.files import written
 from ..export.images import read_colour
 from ..export.lottie import lottie
@@ -17,9 +19,11 @@ from ..export.page import font_face, page
 from ..text import Text
 from .frames import number
 from .image_exports import ImageExports, PathLike
-from .spans import JOINER, text_spans
-from .tracks import drawn_box, letter_tracks, obstacle_tracks, user_coordinates
+from .spans import JOINER, Alternates, text_spans
+from .tracks import drawn_box, letter_tracks, outlines, user_coordinates
 
+CLASS = re.compile(r"[A-Za-z][\w-]*", re.ASCII)
+"""Names of classes that need no escapes."""
 NAME = "vf-text"
 """The class of the animated element in CSS."""
 TOLERANCE = 0.001
@@ -76,12 +80,17 @@ class Exports(ImageExports):
         Raises
         ------
         MotionError
-            A glyph depends on its neighbours, so that elements for single letters cannot show it.
+            A glyph depends on its neighbours, so that elements for single letters cannot show it,
+            or an option has no meaning.
         """
-        spans = self._spans(tolerance)
-        element = self._element(spans, name).replace("*", "&#42;")
-        sheet = self._style_sheet(spans, name, self.text.font.family_name, loop)
-        return written(f"/* {element} */\n{sheet}", path)
+        if not (isinstance(name, str) and CLASS.fullmatch(name)):
+            raise MotionError(
+                f"name must be a letter, followed by letters, digits, - and _; received {name!r}."
+            )
+        family = self.text.font.family_name
+        element, sheet = self._styled(name, family, loop, tolerance)
+        # An asterisk in the text must not end the comment.
+        return written(f"/* {element.replace('*', '&#42;')} */\n{sheet}", path)
 
     def to_html(
         self,
@@ -91,6 +100,9 @@ class Exports(ImageExports):
         tolerance: float | None = None,
     ) -> str | None:
         """Write a page that contains the font, cut to the text, and runs without script or network.
+
+        Glyphs that depend on their neighbours are shown, unlike in :meth:`to_css`, because the font
+        of the page has a feature that chooses them.
 
         Parameters
         ----------
@@ -102,14 +114,14 @@ class Exports(ImageExports):
         Raises
         ------
         MotionError
-            As for :meth:`to_css`.
+            Several glyphs of one character have different axes, or an option has no meaning.
         FontError
             fontTools cannot cut the font to the text.
         """
-        spans, family = self._spans(tolerance), "vf-font"
-        face = font_face(family, self.text.font.web_font(self.text.string + JOINER))
-        sheet = self._style_sheet(spans, NAME, family, loop)
-        made = page(self.text.title, self._element(spans, NAME), [], face + sheet + PAGE_STYLE)
+        family, alternates, font = "vf-font", Alternates(), self.text.font
+        element, sheet = self._styled(NAME, family, loop, tolerance, alternates)
+        file = font.web_font(self.text.string + JOINER, alternates.by_name(font.glyph_names))
+        made = page(self.text.title, element, [], font_face(family, file) + sheet + PAGE_STYLE)
         return written(made, path)
 
     def to_svg(
@@ -138,13 +150,18 @@ class Exports(ImageExports):
         -------
         str or None
             A reader who prefers reduced motion sees the last frame. Obstacles are lighter.
+
+        Raises
+        ------
+        MotionError
+            An option has no meaning, or there are colour glyphs.
         """
-        tracks = letter_tracks(self)
+        letters, obstacles, box = outlines(self)
         made = animated_picture(
-            [track for row in tracks for track in row],
-            obstacle_tracks(self),
+            letters,
+            obstacles,
             title=self.text.title,
-            box=drawn_box(self, tracks),
+            box=box,
             frames=len(self.times),
             duration=self.duration or 1.0,
             tolerance=self._tolerance(tolerance),
@@ -176,13 +193,18 @@ class Exports(ImageExports):
         -------
         str or None
             JSON. Whether it repeats is up to the player. Obstacles are lighter.
+
+        Raises
+        ------
+        MotionError
+            An option has no meaning, or there are colour glyphs.
         """
-        tracks = letter_tracks(self)
+        letters, obstacles, box = outlines(self)
         made = lottie(
-            [track for row in tracks for track in row],
-            obstacle_tracks(self),
+            letters,
+            obstacles,
             title=self.text.title,
-            box=drawn_box(self, tracks),
+            box=box,
             frames=len(self.times),
             fps=self.fps,
             tolerance=self._tolerance(tolerance),
@@ -238,28 +260,34 @@ class Exports(ImageExports):
             return TOLERANCE * em
         return number("tolerance", tolerance, 0.0, em)
 
-    def _spans(self, tolerance: float | None) -> list[Span]:
-        return text_spans(self, letter_tracks(self), self._tolerance(tolerance))
-
-    def _element(self, spans: list[Span], name: str) -> str:
-        options = self.text.composition.options
-        return markup(spans, name=name, string=self.text.string, language=options.language)
-
-    def _style_sheet(self, spans: list[Span], name: str, family: str, loop: bool) -> str:
-        font, em = self.text.font, self.text.font.units_per_em
-        left, bottom, right, top = drawn_box(self, letter_tracks(self))
-        return style_sheet(
+    def _styled(
+        self,
+        name: str,
+        family: str,
+        loop: bool,
+        tolerance: float | None,
+        alternates: Alternates | None = None,
+    ) -> tuple[str, str]:
+        """The element that holds the text, and its style sheet."""
+        text, font, em = self.text, self.text.font, self.text.font.units_per_em
+        tracks = letter_tracks(self)
+        left, bottom, right, top = drawn_box(self, tracks)
+        spans = text_spans(self, tracks, self._tolerance(tolerance), alternates)
+        options = text.composition.options
+        element = markup(spans, name=name, string=text.string, language=options.language)
+        sheet = style_sheet(
             spans,
             name=name,
             family=family,
             tags=[axis.tag for axis in font.axes],
-            features=dict(self.text.composition.options.features),
+            features=dict(options.features),
             duration=self.duration or 1.0,
             # Browsers round the distance of the baseline to whole pixels; this one is exact where
             # the size of the font is a multiple of 10 px.
             box=(left / em, bottom / em, right / em, np.ceil(10 * top / em) / 10),
             loop=loop,
         )
+        return element, sheet
 
 
 PAGE_STYLE = """:root { color-scheme: light dark; }

@@ -11,7 +11,7 @@ from ..arrays import Array, to_array
 from ..errors import MotionError
 from ..export.animated_svg import OBSTACLE_OPACITY
 from ..export.track import Track
-from .tracks import Box, drawn_box, letter_tracks, obstacle_tracks
+from .tracks import Box, outlines
 
 FPS = (0.01, 1000.0)
 """Least and most frames per second; no screen shows more."""
@@ -48,17 +48,14 @@ def coverages(animation: Any, height: int, fps: float, progress: bool) -> Iterat
     Raises
     ------
     MotionError
-        ``fps`` or ``height`` is not a positive number.
+        ``fps`` or ``height`` is not a positive number, or there are colour glyphs.
     ImageError
         The images have more pixels than ``vfwidget.limits.raster_pixels``.
     """
     if not isinstance(height, int | np.integer) or isinstance(height, bool) or height < 2:
         raise MotionError(f"height must be a number of pixels, at least 2; received {height!r}.")
     numbers = frame_numbers(animation, fps)
-    tracks = letter_tracks(animation)
-    letters = [track for row in tracks for track in row]
-    obstacles = obstacle_tracks(animation)
-    box = drawn_box(animation, tracks)
+    letters, obstacles, box = outlines(animation)
     size, placement = _camera(box, int(height))
     from tqdm.auto import tqdm
 

@@ -54,7 +54,7 @@ class ImageExports:
         Raises
         ------
         MotionError
-            An option has no meaning.
+            An option has no meaning, or there are colour glyphs.
         ImageError
             The images are too large.
         """
@@ -89,7 +89,7 @@ class ImageExports:
         Raises
         ------
         MotionError
-            An option has no meaning, or ffmpeg is missing or fails.
+            An option has no meaning, there are colour glyphs, or ffmpeg is missing or fails.
         ImageError
             The images are too large.
         """

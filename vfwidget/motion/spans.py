@@ -2,6 +2,8 @@
 
 A browser shapes each element by itself. So an element holds a letter with its marks, with joiners
 around it if it joins its neighbours, and HarfBuzz confirms that its glyphs are those of the text.
+Where a glyph depends on its neighbours in another way, a page whose font is made for it can choose
+the glyph by a feature (:mod:`vfwidget.font.alternates`).
 """
 
 from __future__ import annotations
@@ -17,13 +19,42 @@ from ..arrays import Array
 from ..errors import MotionError, VFWidgetError
 from ..export.css_animation import Span
 from ..export.track import Track, keyframes
+from ..font.alternates import ALTERNATES
 from .tracks import user_coordinates
 
 JOINER = "\u200d"
 """ZERO WIDTH JOINER: a letter next to it takes the form that joins."""
 
 
-def text_spans(animation: Any, tracks: Sequence[Sequence[Track]], tolerance: float) -> list[Span]:
+class Alternates:
+    """The glyphs that elements show in place of those that their characters have by themselves.
+
+    The value of the feature is the number of the element's entry.
+    """
+
+    def __init__(self) -> None:
+        self._entries: list[dict[int, int]] = []
+
+    def add(self, replaced: dict[int, int]) -> dict[str, int]:
+        """The feature setting of an element in which glyphs are replaced by others."""
+        self._entries.append(replaced)
+        return {ALTERNATES: len(self._entries)}
+
+    def by_name(self, names: Sequence[str]) -> dict[str, list[str]]:
+        """For each glyph its alternates, by the names of the font's glyphs."""
+        glyphs = {glyph for entry in self._entries for glyph in entry}
+        return {
+            names[glyph]: [names[entry.get(glyph, glyph)] for entry in self._entries]
+            for glyph in sorted(glyphs)
+        }
+
+
+def text_spans(
+    animation: Any,
+    tracks: Sequence[Sequence[Track]],
+    tolerance: float,
+    alternates: Alternates | None = None,
+) -> list[Span]:
     """The elements of a text in the order of its characters.
 
     Parameters
@@ -33,6 +64,8 @@ def text_spans(animation: Any, tracks: Sequence[Sequence[Track]], tolerance: flo
         As :func:`~vfwidget.motion.tracks.letter_tracks` gives them.
     tolerance : float
         As :func:`~vfwidget.export.track.keyframes` takes it, in font units.
+    alternates : Alternates, optional
+        Takes the glyphs that depend on their neighbours. Without it there may be none.
 
     Raises
     ------
@@ -65,10 +98,12 @@ def text_spans(animation: Any, tracks: Sequence[Sequence[Track]], tolerance: flo
         }
         at = sorted(keys)
         origins = np.concatenate([track.origins for track in tracks[base]])
+        characters, features = _shaped_alone(animation, group, string, rtl, alternates)
         spans.append(
             Span(
-                _shaped_alone(animation, group, string, rtl),
+                characters,
                 rtl,
+                features,
                 times[at],
                 users[at, own[0]],
                 origins[at] / em,
@@ -93,8 +128,13 @@ def _groups(word: Any) -> list[tuple[list[int], str]]:
     return groups
 
 
-def _shaped_alone(animation: Any, group: list[int], string: str, rtl: bool) -> str:
-    """The characters, with joiners if needed, that give the group's glyphs by themselves."""
+def _shaped_alone(
+    animation: Any, group: list[int], string: str, rtl: bool, alternates: Alternates | None
+) -> tuple[str, dict[str, int]]:
+    """The characters and features that give the group's glyphs by themselves.
+
+    The characters have joiners around them where that is enough.
+    """
     text = animation.text
     options = replace(text.composition.options, direction="rtl" if rtl else "ltr")
     own = 0 if text.shared else group[0]
@@ -102,21 +142,30 @@ def _shaped_alone(animation: Any, group: list[int], string: str, rtl: bool) -> s
     for frame, w in zip(animation, animation.theta[:, own], strict=True):
         wanted.setdefault(tuple(frame.word.glyph_ids[i] for i in sorted(group)), w)
 
-    def fits(candidate: str) -> bool:
+    def alone(candidate: str) -> list[tuple[int, ...]]:
         try:
-            return all(
-                text.font.shape_at(candidate, w, options, lambda _: 0.0).glyph_ids == glyphs
-                for glyphs, w in wanted.items()
-            )
+            return [
+                text.font.shape_at(candidate, w, options, lambda _: 0.0).glyph_ids
+                for w in wanted.values()
+            ]
         except VFWidgetError:
-            return False
+            return []
 
     for before, after in (("", ""), ("", JOINER), (JOINER, ""), (JOINER, JOINER)):
-        if fits(before + string + after):
-            return before + string + after
+        if alone(before + string + after) == list(wanted):
+            return before + string + after, {}
+    found = alone(string)
+    if alternates is not None and [len(row) for row in found] == [len(row) for row in wanted]:
+        pairs = {
+            pair
+            for row, target in zip(found, wanted, strict=True)
+            for pair in zip(row, target, strict=True)
+        }
+        if len(pairs) == len({glyph for glyph, _ in pairs}):
+            return string, alternates.add(dict(pairs))
     raise MotionError(
         f"The glyph of {string!r} depends on the letters around it, and a browser does not see "
         "them where each letter is an element. Switch off the feature that chooses the glyph (in "
-        "most fonts features={'calt': False} or features={'rlig': False}), or use to_svg, "
-        "to_lottie or a video."
+        "most fonts features={'calt': False} or features={'rlig': False}), or use to_html, "
+        "to_svg, to_lottie or a video."
     )

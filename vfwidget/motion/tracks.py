@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, to_array
+from ..errors import MotionError
 from ..export.svg import MARGIN
 from ..export.track import Track
 
@@ -16,6 +17,45 @@ if TYPE_CHECKING:
 
 Box = tuple[float, float, float, float]
 """Left, bottom, right and top, in font units, y up."""
+
+
+class Outlines(NamedTuple):
+    """Everything that an animation draws, in one ink.
+
+    Attributes
+    ----------
+    letters, obstacles : list of Track
+    box : (left, bottom, right, top)
+        See :func:`drawn_box`.
+    """
+
+    letters: list[Track]
+    obstacles: list[Track]
+    box: Box
+
+
+def outlines(animation: Any) -> Outlines:
+    """The outlines of all frames.
+
+    Raises
+    ------
+    MotionError
+        A letter is a colour glyph, which is more than an outline.
+    """
+    if has_colours(animation):
+        raise MotionError(
+            f"{animation.text.string!r} has colour glyphs, and this export draws outlines in one "
+            "ink. Use to_css, to_html or a Player, which show the colours."
+        )
+    tracks = letter_tracks(animation)
+    letters = [track for row in tracks for track in row]
+    return Outlines(letters, obstacle_tracks(animation), drawn_box(animation, tracks))
+
+
+def has_colours(animation: Any) -> bool:
+    """Whether any letter of any frame is a colour glyph."""
+    words = {id(frame.word): frame.word for frame in animation}
+    return any(glyph.layers for word in words.values() for glyph in word.glyphs)
 
 
 def letter_tracks(animation: Any) -> list[list[Track]]:

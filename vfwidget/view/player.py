@@ -18,7 +18,7 @@ from ..export.files import written
 from ..export.page import page, view
 from ..motion.animation import Animation
 from ..motion.frames import number
-from ..motion.tracks import drawn_box, letter_tracks, obstacle_tracks
+from ..motion.tracks import has_colours, outlines
 from .bundle import PAGE_STYLE, built
 from .film import describe_film
 from .options import checked_height, refuse_unknown
@@ -161,16 +161,12 @@ class Player(anywidget.AnyWidget):
         animation = self.animation
         times = animation.times - animation.times[0]
         frame = int(abs(times - self.time).argmin()) or len(times) - 1
-        tracks = letter_tracks(animation)
-        return still_picture(
-            [track for row in tracks for track in row],
-            obstacle_tracks(animation),
-            frame,
-            title=animation.text.title,
-            box=drawn_box(animation, tracks),
-            height=POSTER_HEIGHT,
-            background="white",
-        )
+        look: dict[str, Any] = {"height": POSTER_HEIGHT, "background": "white"}
+        if has_colours(animation):
+            return str(animation[frame].to_svg(**look))
+        letters, obstacles, box = outlines(animation)
+        title = animation.text.title
+        return still_picture(letters, obstacles, frame, title=title, box=box, **look)
 
     @traitlets.validate("animation")
     def _check_animation(self, proposal: Any) -> Animation:
