@@ -68,6 +68,8 @@ def to_tensor(value: Any) -> torch.Tensor:
 
 def to_array(value: Any) -> Array:
     """``value`` as a float64 numpy array, cut from any autograd graph."""
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        return value
     if is_tensor(value):
         value = value.detach().cpu().numpy()
     return np.asarray(value, dtype=np.float64)

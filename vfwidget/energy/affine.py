@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from ..text.word import Word
 from .rows import Derivative, PointRows, wrong_rows
 
 
-@dataclass(frozen=True)
-class AffineTerm:
+class AffineTerm(NamedTuple):
     """A term whose residual is affine in the word's scalars, in Θ and in the letters' offsets.
 
     Attributes
@@ -24,45 +23,39 @@ class AffineTerm:
         Its points.
     by : Derivative
         Constant, and so evaluated once.
+    constant : (r,) array
+        The part of the residual that neither points nor Θ change, weighted.
     """
 
     rows: PointRows
     form: AffineForm
     by: Derivative
+    constant: Array
 
     @staticmethod
     def of(rows: PointRows, theta: Array) -> AffineTerm | None:
-        """The compiled form of a term, or None where it or its points are not affine."""
-        form = rows.points.rows
-        if form is None or not rows.term.affine:
-            return None
-        nowhere = np.zeros((len(rows.points.letter), 2))
-        return AffineTerm(rows, form, rows.derivative(nowhere, np.zeros_like(theta)))
-
-    @property
-    def size(self) -> int:
-        """The number of residuals, r."""
-        by = self.by.points if self.by.points is not None else self.by.theta
-        return 0 if by is None else len(by)
-
-    @property
-    def key(self) -> tuple[int, float, bytes, bytes]:
-        """Everything that the compiled rows depend on; the constant part is not in them."""
-        return id(self.form), self.rows.root, _bytes(self.by.points), _bytes(self.by.theta)
-
-    def constant(self, theta: Array) -> Array:
-        """The part of the residual that neither points nor Θ change, (r,), weighted.
+        """The compiled form of a term, or None where it or its points are not affine.
 
         Raises
         ------
         SolveError
             The derivative does not have one row for each residual.
         """
-        nowhere = np.zeros((len(self.rows.points.letter), 2))
-        value = self.rows.value(nowhere, np.zeros_like(theta))
-        if len(value) != self.size:
-            raise wrong_rows(self.rows.term.kind, self.size, len(value))
-        return self.rows.root * value
+        form = rows.points.rows
+        if form is None or not rows.term.affine:
+            return None
+        nowhere, default = np.zeros((len(rows.points.letter), 2)), np.zeros(theta.shape)
+        by, value = rows.derivative(nowhere, default), rows.value(nowhere, default)
+        given = by.points if by.points is not None else by.theta
+        size = 0 if given is None else len(given)
+        if len(value) != size:
+            raise wrong_rows(rows.term.kind, size, len(value))
+        return AffineTerm(rows, form, by, rows.root * value)
+
+    @property
+    def key(self) -> tuple[int, float, bytes, bytes]:
+        """Everything that the compiled rows depend on; the constant part is not in them."""
+        return id(self.form), self.rows.root, _bytes(self.by.points), _bytes(self.by.theta)
 
 
 def _bytes(array: Array | None) -> bytes:
@@ -100,7 +93,7 @@ class AffineRows:
         linear: dict[str, list[Array]] = {}
         self.slices, end = [], 0
         for term in terms:
-            r, root = term.size, term.rows.root
+            r, root = len(term.constant), term.rows.root
             self.slices.append(slice(end, end + r))
             end += r
             by_theta = np.zeros((r, size)) if term.by.theta is None else term.by.theta
@@ -135,14 +128,25 @@ class AffineRows:
         letters, regions = np.divmod(self._pairs, len(word.regions.support) or 1)
         self._slots = slots = word.regions.of_letters(letters, regions)
         self.kinks = padded_table(slots.kinks(size))
-        # The entries of the slopes (pair, slot) in the order of the coordinates that they read.
+        if not len(self._pairs):
+            return
+        # The entries of the slopes (pair, slot), sorted by the coordinate that they read. A
+        # coordinate that no slot reads gets an entry that counts 0 times.
         entries = np.flatnonzero(slots.used.ravel())
         columns = slots.axis.ravel()[entries]
+        unread = np.setdiff1d(np.arange(size), columns)
+        counts = np.concatenate([np.ones(len(entries)), np.zeros(len(unread))])
+        entries = np.concatenate([entries, np.zeros_like(unread)])
+        columns = np.concatenate([columns, unread])
         order = np.argsort(columns, kind="stable")
-        self._entries, columns = entries[order], columns[order]
+        self._entries, self._counts = entries[order], counts[order]
+        self._runs = np.searchsorted(columns[order], np.arange(size))
         self._entry_pair = self._entries // slots.axis.shape[1]
-        self._columns, self._runs = np.unique(columns, return_index=True)
-        self._entry_gain = self._gain[:, self._entry_pair]
+        self._entry_gain = self._by_entry(self._gain)
+
+    def _by_entry(self, gain: Array) -> Array:
+        """The gain (r, pairs) of each entry of the slopes."""
+        return gain[:, self._entry_pair] * self._counts
 
     def evaluate(self, theta: Array) -> tuple[Array, Array]:
         """The rows at flat Θ, (r,), and their derivative by it, (r, parameters · n).
@@ -156,18 +160,19 @@ class AffineRows:
         return latest[1]
 
     def _evaluate(self, theta: Array) -> tuple[Array, Array]:
+        if not len(self._pairs):
+            return self._base + self._straight.dot(theta), self._straight
         gamma, slopes = self._slots.scalars_and_slopes(theta)
-        rows, gain, entry_gain = self._base, self._gain, self._entry_gain
+        rows, gain, by_entry = self._base, self._gain, self._entry_gain
         if self._may_vanish:
             rows, gain = self._hold_advances(theta)
-            entry_gain = gain[:, self._entry_pair]
+            by_entry = self._by_entry(gain)
         rows = rows + gain.dot(gamma)
+        by_entry = by_entry * slopes.ravel().take(self._entries)
+        jacobian = np.add.reduceat(by_entry, self._runs, axis=1)
         if self._is_straight:
             rows += self._straight.dot(theta)
-        jacobian = self._straight.copy()
-        if len(self._runs):
-            by_entry = entry_gain * slopes.ravel().take(self._entries)
-            jacobian[:, self._columns] += np.add.reduceat(by_entry, self._runs, axis=1)
+            jacobian += self._straight
         return rows, jacobian
 
     def _hold_advances(self, theta: Array) -> tuple[Array, Array]:

@@ -47,15 +47,14 @@ class Descent:
         return replace(self, history=history, earlier=former.iterations)
 
     @property
-    def meets_all(self) -> bool:
-        """Whether every goal is met."""
-        return all(result.met for result in self.results)
+    def missed(self) -> list[TermResult]:
+        """The terms whose goals are missed."""
+        return [result for result in self.results if not result.met]
 
     @property
     def shortfall(self) -> float:
         """By how many times its tolerance the goal that is missed most is missed; 0 for none."""
-        missed = [r for r in self.results if not r.met]
-        return max(((r.miss or 0.0) / (r.term.tolerance or 1.0) for r in missed), default=0.0)
+        return max((result.shortfall for result in self.missed), default=0.0)
 
     def meets_more_than(self, other: Descent) -> bool:
         """Whether a goal is met that ``other`` misses, and none missed that it meets."""
@@ -120,7 +119,7 @@ def descend(
         history=history,
         deadline=deadline,
     )
-    return Descent(problem, state, history, energy.results(state.x))
+    return Descent(problem, state, history, energy.results(state.x, state.residual))
 
 
 def held_axes(energy: Energy, found: Descent) -> Array:

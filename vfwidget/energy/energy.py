@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +10,8 @@ from ..arrays import Array
 from ..errors import AxisError, SolveError
 from ..text import Text
 from ..text.place import AXES, Block, Unknowns
-from .affine import AffineTerm, compiled
+from .affine import AffineRows, AffineTerm, compiled
+from .checked import blocks_of, bound, located, miss_of, proximity_of
 from .rows import PointRows, Rows, wrong_rows
 from .term import Term, TermResult
 
@@ -67,14 +66,14 @@ class Energy:
             raise SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
         self.text = text
         self._options = free, locks
-        self.terms = [_bound(term, text) for term in terms]
+        self.terms = [bound(term, text) for term in terms]
         blocks, added = _all_blocks(text, self.terms)
-        self.unknowns = Unknowns(blocks, [*_names(free), *added])
+        self.unknowns = Unknowns(blocks, free, added)
         self.lower, self.upper = self.unknowns.lower, self.unknowns.upper
         if locks:
             self._lock(locks)
         self._collect_proximity()
-        self._rows: list[Rows | None] = [term.locate(text) for term in self.terms]
+        self._rows = [located(term, text) for term in self.terms]
         self.moves = any(term.moving for term in self.terms)
         self._compile()
 
@@ -96,11 +95,7 @@ class Energy:
             self.upper = np.where(locked, start, self.upper)
 
     def _collect_proximity(self) -> None:
-        flat, own = self.unknowns.flat, [term.proximity(self.text) for term in self.terms]
-        self._pulls = [
-            None if not pull else tuple(flat({n: p[i] for n, p in pull.items()}) for i in (0, 1))
-            for pull in own
-        ]
+        self._pulls = [proximity_of(term, self.text, self.unknowns) for term in self.terms]
         pulls = [pull for pull in self._pulls if pull is not None]
         if len(pulls) == 1:
             self.proximity = pulls[0]
@@ -113,27 +108,26 @@ class Energy:
     def _compile(self) -> None:
         """Separate the affine rows from the others."""
         theta = self.text.coordinates
-        self._affine: list[AffineTerm] = []
+        self._affine: list[AffineTerm | None] = []
         self._others: list[Rows] = []
-        self._is_affine: list[bool] = []
         for rows in self._rows:
             affine = AffineTerm.of(rows, theta) if isinstance(rows, PointRows) else None
-            self._is_affine.append(affine is not None)
-            if affine is not None:
-                self._affine.append(affine)
-            elif rows is not None:
+            self._affine.append(affine)
+            if rows is not None and affine is None:
                 self._others.append(rows)
-        self._compiled: Any = None
+        self._compiled: AffineRows | None = None
         self._constant = np.zeros(0)
-        if self._affine:
-            self._compiled = compiled(self.text.word, self._affine)
-            self._constant = np.concatenate([one.constant(theta) for one in self._affine])
+        terms = [term for term in self._affine if term is not None]
+        if terms:
+            self._compiled = compiled(self.text.word, terms)
+            self._constant = _joined([term.constant for term in terms])
             for name, block in self._compiled.by_block.items():
-                fixed = self.text.place[name]
-                if name not in self.unknowns.slices and fixed.any():
-                    self._constant = self._constant + block @ fixed.ravel()
+                if name not in self.unknowns.slices:
+                    fixed = self.unknowns.value(name, self.unknowns.start)
+                    if np.count_nonzero(fixed):
+                        self._constant = self._constant + block.dot(fixed.ravel())
         # A drag: everything is compiled, and Θ is all that moves.
-        self._only_axes = bool(self._affine) and not self._others and self.unknowns.is_only(AXES)
+        self._only_axes = bool(terms) and not self._others and self.unknowns.is_only(AXES)
         self._sizes: list[int] | None = None
 
     @property
@@ -150,14 +144,12 @@ class Energy:
         SolveError
             A term whose number of residuals may not change has another number than before.
         """
-        if self._only_axes:
+        if self._only_axes and self._compiled is not None:
             return self._constant + self._compiled.evaluate(x)[0]
         place = self.unknowns.place(x)
         parts = [rows.residual(place) for rows in self._others]
         self._check_sizes(parts)
-        if self._affine or not parts:
-            parts.insert(0, self._affine_residual(place))
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+        return _joined([self._affine_residual(place), *parts])
 
     def _affine_residual(self, place: Mapping[str, Array]) -> Array:
         if self._compiled is None:
@@ -186,14 +178,14 @@ class Energy:
 
     def jacobian(self, x: Array) -> Array:
         """Derivative of the residuals by the free unknowns, (r, N)."""
-        if self._only_axes:
+        if self._only_axes and self._compiled is not None:
             return self._compiled.evaluate(x)[1]
         place, slices = self.unknowns.place(x), self.unknowns.slices
         parts = [rows.jacobian(place, slices) for rows in self._others]
         self._check_sizes(parts, derivative=True)
         if self._compiled is not None or not parts:
             parts.insert(0, self._affine_jacobian(place))
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+        return _joined(parts)
 
     def _affine_jacobian(self, place: Mapping[str, Array]) -> Array:
         slices, size = self.unknowns.slices, len(self.lower)
@@ -210,56 +202,57 @@ class Energy:
         """Locate the moving terms again at x (N,); the residual there."""
         here = self.text.moved_to(self.unknowns.place(x))
         self._rows = [
-            term.locate(here) if term.moving else rows
+            located(term, here) if term.moving else rows
             for term, rows in zip(self.terms, self._rows, strict=True)
         ]
         self._compile()
         return self.residual(x)
 
-    def results(self, x: Array) -> list[TermResult]:
-        """Every term at the free unknowns x, in the order given."""
-        place = self.unknowns.place(x)
-        affine = []
-        if self._compiled is not None:
-            residual = self._affine_residual(place)
-            affine = [residual[part] for part in self._compiled.slices]
+    def results(self, x: Array, residual: Array | None = None) -> list[TermResult]:
+        """Every term at the free unknowns x, in the order given.
+
+        Parameters
+        ----------
+        x : (N,) array
+        residual : (r,) array, optional
+            The residual there, if it is known.
+        """
+        residual = self.residual(x) if residual is None else residual
+        affine = [] if self._compiled is None else [residual[s] for s in self._compiled.slices]
+        others, end = [], len(self._constant)
+        for size in self._sizes or []:
+            others.append(residual[end : end + size])
+            end += size
         found = []
-        for term, rows, is_affine, pull in zip(
-            self.terms, self._rows, self._is_affine, self._pulls, strict=True
+        for term, rows, compiled_term, pull in zip(
+            self.terms, self._rows, self._affine, self._pulls, strict=True
         ):
             cost, miss = 0.0, None
-            if rows is not None:
-                part = affine.pop(0) if is_affine else rows.residual(place)
-                own = part / math.sqrt(term.weight) if is_affine else rows.own_residual(place)
-                cost, miss = float(part.dot(part)), term.miss(own)
+            if compiled_term is not None:
+                part = affine.pop(0)
+                cost, miss = float(part.dot(part)), miss_of(term, part / compiled_term.rows.root)
+            elif rows is not None:
+                part = others.pop(0)
+                cost = float(part.dot(part))
+                miss = miss_of(term, rows.own_residual(self.unknowns.place(x)))
             if pull is not None:
-                cost += float((x - pull[1]) ** 2 @ pull[0])
+                away = x - pull[1]
+                cost += float(away.dot(pull[0] * away))
             found.append(TermResult(term, miss, cost))
         return found
 
 
-def _bound(term: Term, text: Text) -> Term:
-    bound = term.bind(text)
-    if not isinstance(bound, Term):
-        raise SolveError(
-            f"bind() of {term.kind} must return a term, such as self; "
-            f"received {type(bound).__name__}."
-        )
-    return bound
-
-
-def _names(free: Any) -> Collection[str]:
-    """The names as given; a single string is an error of the caller's that Unknowns reports."""
-    if isinstance(free, str) or not isinstance(free, Collection):
-        raise SolveError(f"free is a sequence of names of blocks of unknowns, not {free!r}.")
-    return free
+def _joined(parts: Sequence[Array]) -> Array:
+    """Rows of several parts, those without rows left out; a single part is not copied."""
+    parts = [part for part in parts if len(part)] or parts[:1]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _all_blocks(text: Text, terms: Sequence[Term]) -> tuple[dict[str, Block], list[str]]:
     """The blocks of the text and of its terms, and the names of the latter."""
     blocks, added = text.blocks, []
     for term in terms:
-        for name, block in term.blocks(text).items():
+        for name, block in blocks_of(term, text).items():
             if name in blocks:
                 raise SolveError(
                     f"Two terms bring unknowns called {name!r}; give one of them another name."

@@ -21,6 +21,10 @@ PIN_WEIGHT = 1e5
 """Pins outweigh targets, so that a target out of reach does not move the pinned points."""
 
 
+BY_POSITION = Derivative(points=np.eye(2)[:, None, :])
+"""The derivative of a point by its own position."""
+
+
 @dataclass(frozen=True)
 class Target(Term):
     """Pull a handle to a position: ‖p(Θ, t) − x*‖² (Sec. 5.1).
@@ -49,7 +53,7 @@ class Target(Term):
             position = to_array(self.position)
         except (TypeError, ValueError):
             position = np.zeros(0)
-        if position.shape != (2,) or not np.isfinite(position).all():
+        if position.shape != (2,) or not all(map(math.isfinite, position.tolist())):
             raise SolveError(f"A position is two finite numbers (x, y), not {self.position!r}.")
         return self if position is self.position else replace(self, position=position)
 
@@ -58,7 +62,7 @@ class Target(Term):
         return offset
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
-        return Derivative(points=np.eye(2)[:, None, :])
+        return BY_POSITION
 
     def miss(self, residual: Array) -> float:
         """The distance from the position, in font units."""

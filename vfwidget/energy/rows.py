@@ -138,6 +138,8 @@ class PointRows:
                 f"The derivative of {self.term.kind} has {len(by_points)} rows by points and "
                 f"{len(by_theta)} by theta; both need one for each residual."
             )
+        if by_points is by.points and by_theta is by.theta:
+            return by
         return Derivative(by_points, by_theta)
 
     def _side(self, what: str, values: Any, shape: tuple[int, ...]) -> Array | None:

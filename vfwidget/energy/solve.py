@@ -22,7 +22,7 @@ from .energy import Energy
 from .handle_terms import Pin
 from .oblique import along_planes
 from .solution import UNREACHABLE, Solution
-from .term import MET, Term
+from .term import MET, Term, TermResult
 
 LEAST_GAIN = 1e-4
 """Squared font units: the solve ends when a step lowers the cost by less. Without this limit it
@@ -99,7 +99,7 @@ def solve(
     if not isinstance(text, Text):
         raise SolveError(f"solve(text, terms) needs a Text first; received {type(text).__name__}.")
     terms = [terms] if isinstance(terms, Term) else terms
-    if not isinstance(terms, Sequence):
+    if type(terms) is not list and not isinstance(terms, Sequence):
         raise SolveError(f"terms is a Term or a sequence of terms, not {type(terms).__name__}.")
     if not is_count(restarts):
         raise SolveError(f"restarts must be a whole number ≥ 0; received {restarts!r}.")
@@ -118,7 +118,7 @@ def solve(
     if restarts > 0:
         energy, best, boundaries = cross(energy, best, run)
     elsewhere = None
-    if not best.meets_all and restarts > 0:
+    if restarts > 0 and best.missed:
         # From far away stiff terms make narrow, curved valleys, so they are added near the end.
         soft = energy.at(energy.text, [_softened(term) for term in energy.terms])
         for x in _other_places(energy, restarts):
@@ -202,12 +202,16 @@ def solution_of(
     """A descent as a solution in terms of the text; ``start`` is by default that of the energy."""
     text, state, unknowns = energy.text, best.state, energy.unknowns
     place = unknowns.place(state.x)
-    active = np.where(at_ends(text, place[AXES]), held_axes(energy, best), 0)
+    active = np.zeros(text.coordinates.shape, dtype=int)
+    ends = at_ends(text, place[AXES])
+    if np.count_nonzero(ends):
+        active[ends] = held_axes(energy, best)[ends]
     assert state.outcome is not None
     status, message = state.outcome
     if status == CONVERGED:
-        status = CONVERGED if best.meets_all else UNREACHABLE
-        message = _explain(text, active, best, boundaries)
+        missed = best.missed
+        status = UNREACHABLE if missed else CONVERGED
+        message = _explain(text, active, missed, boundaries) if missed else "every goal is met"
     return Solution(
         text=text.moved_to(place),
         start=start or text,
@@ -218,18 +222,17 @@ def solution_of(
         message=message,
         terms=best.results,
         active=active,
-        history=[Iterate(unknowns.place(x)[AXES], cost) for x, cost in best.history],
+        history=[Iterate(unknowns.value(AXES, x), cost) for x, cost in best.history],
         elsewhere=None if elsewhere is None else text.moved_to(unknowns.place(elsewhere.state.x)),
         boundaries=list(boundaries),
     )
 
 
-def _explain(text: Text, active: Array, found: Descent, boundaries: Sequence[Boundary]) -> str:
-    """In words: every goal is met, or how near the result comes and which bounds limit it."""
-    missed = [result for result in found.results if not result.met]
-    if not missed:
-        return "every goal is met"
-    worst = max(missed, key=lambda result: (result.miss or 0.0) / (result.term.tolerance or 1.0))
+def _explain(
+    text: Text, active: Array, missed: Sequence[TermResult], boundaries: Sequence[Boundary]
+) -> str:
+    """In words: how near the result comes to the missed goals, and which bounds limit it."""
+    worst = max(missed, key=lambda result: result.shortfall)
     held = []
     for letter, axis in zip(*np.nonzero(active), strict=True):
         where = "" if text.shared else f" of letter {letter + 1}"

@@ -94,7 +94,7 @@ class Term:
         """
         _check_numbers(self.weight, self.tolerance)
         handles = () if self.handles is None else self.handles
-        if not isinstance(handles, Sequence):
+        if type(handles) is not tuple and not isinstance(handles, Sequence):
             raise SolveError(
                 f"handles of {self.kind} must be a sequence of handles; received {handles!r:.80}."
             )
@@ -211,6 +211,11 @@ class TermResult:
         """Whether the goal is met; True for a term without a goal."""
         tolerance = self.term.tolerance
         return self.miss is None or tolerance is None or self.miss <= tolerance
+
+    @property
+    def shortfall(self) -> float:
+        """By how many times its tolerance the goal is missed."""
+        return (self.miss or 0.0) / (self.term.tolerance or 1.0)
 
 
 def _check_numbers(weight: Any, tolerance: Any) -> None:

@@ -124,7 +124,6 @@ class Settings:
         cells = np.array([row_at(np.array(place)) for place in product(*middles)])
         self.cells = cells.reshape([len(inner) + 1 for inner in edges])
         self.rows: tuple[ShapedRow, ...] = tuple(row for row, _ in rows)
-        self._boxes: dict[int, list[Box]] = {}
         self.edges = [inner / F2DOT14 for inner in self._drop_needless(edges)]
 
     def _drop_needless(self, edges: list[Array]) -> list[Array]:
@@ -137,57 +136,82 @@ class Settings:
             kept.append(inner[changes])
         return kept
 
-    def row_at(self, w: Array) -> int:
-        """The index in ``rows`` of the row at normalized coordinates w (n,)."""
-        rounded = np.round(w * F2DOT14) / F2DOT14
-        return int(self.cells[tuple(map(np.searchsorted, self.edges, rounded))])
+    def row_at(self, w: Array) -> Any:
+        """The indices (...) in ``rows`` of the rows at normalized coordinates w (..., n)."""
+        return self.cells[self._cell_at(w)]
 
     def box_at(self, w: Array) -> Box:
-        """The box around normalized coordinates w (n,), up to the last coordinates inside it."""
-        rounded = np.round(w * F2DOT14) / F2DOT14
-        lower, upper = next(
-            (low, high)
-            for low, high in self.boxes(self.row_at(w))
-            if ((low <= rounded) & (rounded <= high)).all()
-        )
-        return self._inside(lower, upper)
+        """The boxes around normalized coordinates w (..., n), up to the last coordinates inside.
+
+        Returns
+        -------
+        lower, upper : (..., n) arrays
+        """
+        index, lower, upper = self._box_of_cell
+        box = index[self._cell_at(w)]
+        return lower[box], upper[box]
 
     @cached_property
     def all_boxes(self) -> list[Box]:
         """The boxes of all rows, from the first to the last coordinates inside each."""
-        return [self._inside(*box) for row in range(len(self.rows)) for box in self.boxes(row)]
-
-    def _inside(self, lower: Array, upper: Array) -> Box:
-        """The first and the last coordinates inside a box."""
-        first, last = np.ceil(lower * F2DOT14) / F2DOT14, np.floor(upper * F2DOT14) / F2DOT14
-        ends = self._bounds
-        return np.where(lower > ends[0], first, lower), np.where(upper < ends[1], last, upper)
+        _, lower, upper = self._box_of_cell
+        return list(zip(lower, upper, strict=True))
 
     def boxes(self, row: int) -> list[Box]:
         """The boxes in which the text has this row: lower and upper corners, (n,) each.
 
         Cells that lie side by side are joined where that gives a box.
         """
-        if row not in self._boxes:
-            self._boxes[row] = self._join_cells(row)
-        return self._boxes[row]
+        return [self._box(first, last) for first, last in self._ranges(row)]
 
-    def _join_cells(self, row: int) -> list[Box]:
+    def _cell_at(self, w: Array) -> tuple[Any, ...]:
+        """The cell that holds each location, as an index of ``cells``."""
+        rounded = np.round(w * F2DOT14) / F2DOT14
+        uncut = np.zeros(w.shape[:-1], dtype=np.intp)
+        return tuple(
+            inner.searchsorted(rounded[..., axis]) if len(inner) else uncut
+            for axis, inner in enumerate(self.edges)
+        )
+
+    @cached_property
+    def _box_of_cell(self) -> tuple[IntArray, Array, Array]:
+        """The index of the box of each cell, and the corners (b, n) of all boxes."""
+        index = np.empty(self.cells.shape, dtype=np.intp)
+        boxes: list[Box] = []
+        for row in range(len(self.rows)):
+            for first, last in self._ranges(row):
+                index[tuple(slice(i, j + 1) for i, j in zip(first, last, strict=True))] = len(boxes)
+                boxes.append(self._box(first, last))
+        lower, upper = np.moveaxis(np.array(boxes), 1, 0)
+        # The last coordinates inside a box are multiples of 1/16384, unless it ends with the axis.
+        first_inside, last_inside = (
+            np.ceil(lower * F2DOT14) / F2DOT14,
+            np.floor(upper * F2DOT14) / F2DOT14,
+        )
+        ends = self._bounds
+        return (
+            index,
+            np.where(lower > ends[0], first_inside, lower),
+            np.where(upper < ends[1], last_inside, upper),
+        )
+
+    def _box(self, first: Cell, last: Cell) -> Box:
+        """The corners of a box of cells."""
+        sides = [
+            np.array([low, *inner, high])
+            for low, inner, high in zip(self._bounds[0], self.edges, self._bounds[1], strict=True)
+        ]
+        return (
+            np.array([side[i] for side, i in zip(sides, first, strict=True)]),
+            np.array([side[i + 1] for side, i in zip(sides, last, strict=True)]),
+        )
+
+    def _ranges(self, row: int) -> list[tuple[Cell, Cell]]:
+        """The first and last cells of the boxes in which the text has this row."""
         ranges = [(cell, cell) for cell in map(tuple, np.argwhere(self.cells == row).tolist())]
         for axis in range(len(self.edges)):
             ranges = _join(ranges, axis)
-        lower, upper = self._bounds
-        sides = [
-            np.array([low, *inner, high])
-            for low, inner, high in zip(lower, self.edges, upper, strict=True)
-        ]
-        return [
-            (
-                np.array([side[i] for side, i in zip(sides, first, strict=True)]),
-                np.array([side[i + 1] for side, i in zip(sides, last, strict=True)]),
-            )
-            for first, last in ranges
-        ]
+        return ranges
 
 
 def _edges(conditions: Sequence[IntArray], axis: int, bounds: tuple[float, float]) -> Array:

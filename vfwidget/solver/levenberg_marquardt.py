@@ -169,7 +169,7 @@ def _damped(problem: Problem, state: State, model: Model) -> Quadratic:
         weights = _nonzero(state.scale)
         state.damping = state.damping or _first_damping(state, model, weights)
     else:
-        state.scale = max(state.scale, float(model.columns.max()))
+        state.scale = max(state.scale, model.steepest)
         weights = _nonzero(state.scale)
         state.damping = state.damping or INITIAL_DAMPING * model.spread
     state.damping = max(state.damping, model.least_damping)
@@ -178,6 +178,8 @@ def _damped(problem: Problem, state: State, model: Model) -> Quadratic:
 
 def _nonzero(scale: Any) -> Any:
     """The scale of the damping; 1 for a column that is zero or too small to divide by."""
+    if isinstance(scale, float):
+        return scale if scale > SMALLEST else 1.0
     return np.where(scale > SMALLEST, scale, 1.0)
 
 

@@ -39,7 +39,7 @@ def linearize(problem: Problem, state: State) -> Generator[Request, Array, Model
             f"{len(state.x)} variables require {(len(state.residual), len(state.x))}."
         )
     model = problem.model(state.residual, jacobian, state.x, low, high)
-    if not math.isfinite(float(model.columns.sum())):
+    if not model.is_finite:
         raise SolveError("The Jacobian holds NaN or infinity.")
     return model
 
@@ -51,7 +51,7 @@ def _one_sided(
     x = state.x
     low, high = problem.lower - x, problem.upper - x
     near = problem.kinks is not None and abs(problem.kinks - x[:, None]) < OFFSET
-    if near is False or not near.any():
+    if near is False or not np.count_nonzero(near):
         jacobian = yield Request(Kind.JACOBIAN, x)
         return jacobian, low, high
     on_kink = near.any(1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,6 +39,10 @@ class Model:
         Half the gradient of the cost at d = 0.
     columns : (n,) array
         The squared column norms of J, plus w.
+    steepest : float
+        The largest of them.
+    is_finite : bool
+        Whether J has neither NaN nor infinity.
     spread : float
         The ratio of the squared norms of a light row and the heaviest one, ≤ 1. The n heaviest
         rows count; a lighter row has little influence, because others decide in its place.
@@ -57,15 +62,23 @@ class Model:
         m, n = jacobian.shape
         # On small arrays, calling dot takes half the time of the @ operator.
         self.gradient: Array = self.residual.dot(jacobian) + self.pull
-        sizes = np.einsum("ij,ij->i", jacobian, jacobian)
+        if m <= n:
+            sizes = jacobian.dot(jacobian.T).diagonal()
+        else:
+            sizes = np.einsum("ij,ij->i", jacobian, jacobian)
         self.spread = _spread(sizes, n)
         self.graded = self.spread < HEAVY**-2
         self._matrix: Array | None = None
         if self.graded or (n > SMALL and 2 * m <= n):
             self.columns: Array = np.einsum("ij,ij->j", jacobian, jacobian) + self.weights
         else:
-            self._matrix = _with_diagonal(jacobian.T.dot(jacobian), self.weights)
+            self._matrix = jacobian.T.dot(jacobian)
+            self._matrix.ravel()[:: n + 1] += self.weights
             self.columns = self._matrix.diagonal()
+        # On short arrays, functions of Python are faster than reductions of NumPy.
+        columns = self.columns.tolist()
+        self.steepest: float = max(columns)
+        self.is_finite = math.isfinite(sum(columns))
         self._rows = jacobian, self.residual
         if self.graded and m > n:
             self._rows = _compressed(jacobian, self.residual, sizes)

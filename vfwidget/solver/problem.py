@@ -26,10 +26,11 @@ def is_number(value: object) -> bool:
 
 def is_count(value: object) -> bool:
     """Whether a value is a whole number ≥ 0."""
-    return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= 0
+    whole = type(value) is int or (isinstance(value, Integral) and not isinstance(value, bool))
+    return whole and int(value) >= 0  # type: ignore[call-overload]
 
 
-class Kind(Enum):
+class Kind(str, Enum):
     """What the solver requests from the caller.
 
     ``RENEW`` asks for the residual after the caller has updated what it depends on, such as the

@@ -178,7 +178,7 @@ def minimise_over_box(quadratic: Quadratic, low: Array, high: Array) -> tuple[Ar
     slope does not hold are released.
     """
     d = quadratic.minimiser()
-    if not ((d < low) | (d > high)).any():
+    if not np.count_nonzero((d < low) | (d > high)):
         return d, False
     d = np.zeros_like(d)
     free, lowest = ~_held(d, quadratic.slope(d), low, high), math.inf

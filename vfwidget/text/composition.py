@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, to_array
+from ..arrays import Array, IntArray, to_array
 from ..font import Font
 from ..font.settings import Settings
 from .inputs import read_length
 from .layout import Layout, layouts
 from .memo import Memo
 from .word import Word
+
+
+class Setting(NamedTuple):
+    """A word, and the box of Θ in which the text is that word: two corners of its shape."""
+
+    word: Word
+    lower: Array
+    upper: Array
 
 
 class Composition:
@@ -60,6 +69,7 @@ class Composition:
         self.options = font.shaping_options(**shaping)
         self._layouts = layouts(font, string, self.options)
         self._words: Memo[Word] = Memo()
+        self._latest: Setting | None = None
 
     def regrouped(self, shared: bool) -> Composition:
         """The same string with axes shared by all letters, or not."""
@@ -97,20 +107,43 @@ class Composition:
         if len(self.settings.rows) == 1:
             return self.word((0,) * len(theta))
         if self.font.moves_axes:
-            theta = to_array(self.font.final_coordinates(theta))
-        rows = [self.settings.row_at(w) for w in theta]
-        if not self.shared:
-            usual = self.settings.rows[0].clusters
-            rows = [i if self.settings.rows[i].clusters == usual else 0 for i in rows]
-        return self.word(tuple(rows))
+            return self._word_at(to_array(self.font.final_coordinates(theta)))
+        return self._setting_at(theta).word
 
     def bounds_at(self, theta: Array) -> tuple[Array, Array]:
         """The least and the greatest Θ at which the word is that at Θ, two arrays of its shape."""
-        if self.font.moves_axes or not any(map(len, self.settings.edges)):
-            lower, upper = self.font.bounds
-            return np.tile(lower, (len(theta), 1)), np.tile(upper, (len(theta), 1))
-        boxes = np.array([self.settings.box_at(w) for w in theta])
-        return np.minimum(boxes[:, 0], theta), np.maximum(boxes[:, 1], theta)
+        if self._bounds is not None:
+            return self._bounds
+        _, lower, upper = self._setting_at(theta)
+        return np.minimum(lower, theta), np.maximum(upper, theta)
+
+    @cached_property
+    def _bounds(self) -> tuple[Array, Array] | None:
+        """The bounds of Θ if they are the same everywhere, else None."""
+        if any(map(len, self.settings.edges)) and not self.font.moves_axes:
+            return None
+        lower, upper = (np.tile(bound, (self.parameters, 1)) for bound in self.font.bounds)
+        return lower, upper
+
+    def _setting_at(self, theta: Array) -> Setting:
+        """The setting at Θ. The latest one is kept, because a drag seldom leaves it."""
+        latest = self._latest
+        if latest is None or np.count_nonzero((theta < latest.lower) | (theta > latest.upper)):
+            self._latest = latest = Setting(self._word_at(theta), *self.settings.box_at(theta))
+        return latest
+
+    def _word_at(self, final: Array) -> Word:
+        """The word at the coordinates at which the font's conditions apply."""
+        rows = self.settings.row_at(final)
+        if not self.shared:
+            rows = self._usual_rows[rows]
+        return self.word(tuple(rows.tolist()))
+
+    @cached_property
+    def _usual_rows(self) -> IntArray:
+        """For each row, itself if a letter may be taken from it, else the row of the default."""
+        clusters = [row.clusters for row in self.settings.rows]
+        return np.array([i if own == clusters[0] else 0 for i, own in enumerate(clusters)])
 
     def word(self, rows: tuple[int, ...]) -> Word:
         """The word whose letters are taken from these rows of glyphs: one, or one per letter."""

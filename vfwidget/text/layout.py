@@ -312,7 +312,7 @@ def _places(
     tried = np.concatenate(
         [tried, _on_grid(peaks.clip(*whole), whole), np.zeros((1, len(whole[0])))]
     )
-    inside = [settings.row_at(w) == index for w in _final(font, tried)]
+    inside = settings.row_at(_final(font, tried)) == index
     found = tried[inside][: 4 * count + CHECKS]
     if not len(found):
         raise TextError("No location was found at which the text has some of its glyphs.")

@@ -10,7 +10,7 @@ free or fixed; the solver sees one flat vector of the free ones.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,8 +51,7 @@ class Place(Mapping[str, Array]):
         return f"<Place: {shapes}>"
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(NamedTuple):
     """A group of unknowns that are free or fixed together.
 
     Attributes
@@ -80,6 +79,8 @@ class Unknowns:
         All blocks, free and fixed.
     free : collection of str
         Names of the free blocks.
+    added : collection of str
+        Names of blocks that are free as well, because a term has added them.
 
     Attributes
     ----------
@@ -93,39 +94,50 @@ class Unknowns:
         ``free`` names a block that does not exist, or no block at all.
     """
 
-    def __init__(self, blocks: Mapping[str, Block], free: Collection[str]) -> None:
-        if isinstance(free, str) or not free or not all(name in blocks for name in free):
+    def __init__(
+        self, blocks: Mapping[str, Block], free: Collection[str], added: Collection[str] = ()
+    ) -> None:
+        try:
+            names = set() if isinstance(free, str) else {*free, *added}
+        except TypeError:
+            names = set()
+        if not names or not names <= blocks.keys():
             raise SolveError(
                 f"free is a sequence of names of blocks of unknowns, not {free!r}; "
                 f"this solve has {', '.join(map(repr, blocks))}."
             )
-        self._fixed = {name: b.value for name, b in blocks.items() if name not in free}
-        self._free = {name: b for name, b in blocks.items() if name in free}
+        self._blocks = blocks
         self.slices: dict[str, slice] = {}
-        end = 0
-        for name, block in self._free.items():
-            self.slices[name] = slice(end, end + block.value.size)
-            end += block.value.size
-        parts = self._free.values()
+        parts, end = [], 0
+        for name, block in blocks.items():
+            if name in names:
+                parts.append(block)
+                self.slices[name] = slice(end, end + block.value.size)
+                end += block.value.size
         self.start = _joined([block.value for block in parts])
         self.lower = _joined([_side(block, block.lower, -np.inf) for block in parts])
         self.upper = _joined([_side(block, block.upper, np.inf) for block in parts])
 
     def is_only(self, name: str) -> bool:
         """Whether this block is the only free one."""
-        return len(self._free) == 1 and name in self._free
+        return len(self.slices) == 1 and name in self.slices
+
+    def value(self, name: str, x: Array) -> Array:
+        """The values of one block where the free ones are x (N,)."""
+        value, part = self._blocks[name].value, self.slices.get(name)
+        return value if part is None else x[part].reshape(value.shape)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """The shape of a block."""
+        return self._blocks[name].value.shape
 
     def place(self, x: Array) -> dict[str, Array]:
         """The values of all blocks where the free ones are x (N,)."""
-        values = {
-            name: x[self.slices[name]].reshape(block.value.shape)
-            for name, block in self._free.items()
-        }
-        return {**self._fixed, **values}
+        return {name: self.value(name, x) for name in self._blocks}
 
     def flat(self, values: Mapping[str, Array]) -> Array:
         """A number for each free unknown, (N,), from arrays by block; 0 in blocks left out."""
-        if len(values) == len(self._free) == 1 and values.keys() == self._free.keys():
+        if len(values) == len(self.slices) == 1 and values.keys() == self.slices.keys():
             (only,) = values.values()
             return only.ravel()
         flat = np.zeros(len(self.start))
@@ -144,7 +156,7 @@ class Unknowns:
         """
         if self.is_only(AXES):
             return axes
-        tables = {n: axes if n == AXES else block.kinks for n, block in self._free.items()}
+        tables = {n: axes if n == AXES else self._blocks[n].kinks for n in self.slices}
         widths = [table.shape[1] for table in tables.values() if table is not None]
         width = max(widths, default=1)
         padded = np.full((len(self.start), width), np.inf)

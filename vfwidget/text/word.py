@@ -117,12 +117,6 @@ class Word:
         return np.cumsum([0, *(glyph.contours.point_count for glyph in self.glyphs)])
 
     @cached_property
-    def bounds(self) -> tuple[Array, Array]:
-        """Least and greatest Θ, two (parameters, n) arrays."""
-        lower, upper = (np.tile(bound, (self.parameters, 1)) for bound in self.font.bounds)
-        return lower, upper
-
-    @cached_property
     def breakpoints(self) -> list[Array]:
         """For each axis the sorted normalized coordinates at which some point has a kink."""
         varying = [v for glyph in self.glyphs for v in (glyph.outline, glyph.advance_width)]

@@ -1,0 +1,137 @@
+"""The methods of a term, called with a check of their results, because users write terms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import SolveError
+from ..solver.problem import is_number
+from ..text import Text
+from ..text.place import Block, Unknowns
+from .rows import PointRows, Rows
+from .term import Term
+
+
+def bound(term: Term, text: Text) -> Term:
+    """The term, bound to a text.
+
+    Raises
+    ------
+    SolveError
+        ``bind`` returns no term, or finds the term not valid for this text.
+    """
+    found = term.bind(text)
+    if not isinstance(found, Term):
+        raise SolveError(
+            f"bind() of {term.kind} must return a term, such as self; "
+            f"received {type(found).__name__}."
+        )
+    return found
+
+
+def blocks_of(term: Term, text: Text) -> Mapping[str, Block]:
+    """The unknowns that a term adds.
+
+    Raises
+    ------
+    SolveError
+        ``blocks`` returns no mapping of names to blocks, or a block's numbers do not fit together.
+    """
+    blocks = term.blocks(text)
+    if type(blocks) is not dict and not isinstance(blocks, Mapping):
+        raise SolveError(
+            f"blocks() of {term.kind} must return a mapping of names to blocks; "
+            f"received {blocks!r:.80}."
+        )
+    for name, block in blocks.items():
+        if not (isinstance(name, str) and isinstance(block, Block) and _is_sound(block)):
+            raise SolveError(
+                f"blocks() of {term.kind} must give each name a Block of finite float64 numbers, "
+                f"with bounds around them of the same shape, and kinks of the shape (size, q); "
+                f"received {name!r}: {block!r:.200}."
+            )
+    return blocks
+
+
+def _is_sound(block: Block) -> bool:
+    value, kinks = block.value, block.kinks
+    sides = [side for side in (block.lower, block.upper) if side is not None]
+    numbers = [value, *sides, *([] if kinks is None else [kinks])]
+    if not all(isinstance(one, np.ndarray) and one.dtype == np.float64 for one in numbers):
+        return False
+    if any(side.shape != value.shape for side in sides) or not np.isfinite(value).all():
+        return False
+    if kinks is not None and (kinks.ndim != 2 or len(kinks) != value.size):
+        return False
+    below = block.lower is None or bool((block.lower <= value).all())
+    return below and (block.upper is None or bool((value <= block.upper).all()))
+
+
+def located(term: Term, text: Text) -> Rows | None:
+    """The rows of a term at a text.
+
+    Raises
+    ------
+    SolveError
+        ``locate`` returns neither rows nor None.
+    """
+    rows = term.locate(text)
+    if rows is None or isinstance(rows, PointRows):
+        return rows
+    if not all(callable(getattr(rows, name, None)) for name in _METHODS):
+        raise SolveError(
+            f"locate() of {term.kind} must return None or an object with the methods "
+            f"{', '.join(_METHODS)}; received {rows!r:.80}."
+        )
+    return rows
+
+
+_METHODS = ("residual", "own_residual", "jacobian")
+
+
+def proximity_of(term: Term, text: Text, unknowns: Unknowns) -> tuple[Array, Array] | None:
+    """The weights and the reference of a term's proximity for each free unknown, (N,) each.
+
+    Raises
+    ------
+    SolveError
+        ``proximity`` returns something else than pairs of arrays by block, their shapes differ
+        from those of the blocks, a weight is negative, or a number is not finite.
+    """
+    own = term.proximity(text)
+    if type(own) is dict and not own:
+        return None
+    try:
+        weights = unknowns.flat({name: pair[0] for name, pair in own.items()})
+        reference = unknowns.flat({name: pair[1] for name, pair in own.items()})
+        # One number shows whether all are finite.
+        sound = min(weights.tolist()) >= 0 and math.isfinite(weights.dot(reference))
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError):
+        sound = False
+    if not sound:
+        raise SolveError(
+            f"proximity() of {term.kind} must give blocks of this solve two arrays of the block's "
+            f"shape, weights ≥ 0 and a reference, all of them finite; received {own!r:.200}."
+        )
+    return weights, reference
+
+
+def miss_of(term: Term, residual: Array) -> float | None:
+    """By how much a term misses its goal.
+
+    Raises
+    ------
+    SolveError
+        ``miss`` returns neither None nor a number.
+    """
+    miss: Any = term.miss(residual)
+    if miss is None:
+        return None
+    if not is_number(miss) or math.isnan(miss):
+        raise SolveError(f"miss() of {term.kind} must return a number or None; received {miss!r}.")
+    return float(miss)
