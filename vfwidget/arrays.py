@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .errors import VFWidgetError
+
 if TYPE_CHECKING:
     import torch
 
@@ -57,22 +59,43 @@ def namespace(value: Any) -> ModuleType:
 
 
 def to_tensor(value: Any) -> torch.Tensor:
-    """``value`` as a float64 tensor; a floating-point tensor passes through with its graph."""
+    """``value`` as a float64 tensor; a floating-point tensor passes through with its graph.
+
+    Raises
+    ------
+    VFWidgetError
+        The numbers are complex.
+    """
     import torch
 
     if isinstance(value, torch.Tensor):
+        if value.is_complex():
+            raise _complex(value.dtype)
         return value if value.is_floating_point() else value.double()
     # A copy of its own, for torch warns of arrays that are read-only.
-    return torch.from_numpy(np.array(value, dtype=np.float64))
+    return torch.from_numpy(to_array(value).copy())
 
 
 def to_array(value: Any) -> Array:
-    """``value`` as a float64 numpy array, cut from any autograd graph."""
+    """``value`` as a float64 numpy array, cut from any autograd graph.
+
+    Raises
+    ------
+    VFWidgetError
+        The numbers are complex.
+    """
     if type(value) is np.ndarray and value.dtype == np.float64:
         return value
     if is_tensor(value):
         value = value.detach().cpu().numpy()
-    return np.asarray(value, dtype=np.float64)
+    array = np.asarray(value)
+    if array.dtype.kind == "c":
+        raise _complex(array.dtype)
+    return array.astype(np.float64, copy=False)
+
+
+def _complex(dtype: Any) -> VFWidgetError:
+    return VFWidgetError(f"Numbers must be real; received {dtype}. Pass their real parts, say.")
 
 
 def like(value: Any, reference: Any) -> Any:

@@ -34,7 +34,8 @@ def check_derivative(term: Term, text: Text) -> float:
     Raises
     ------
     SolveError
-        The derivative has the wrong shape, or the term is not valid for this text.
+        The derivative has the wrong shape or is not finite, or the term is not valid for this
+        text.
 
     Examples
     --------
@@ -63,6 +64,11 @@ def check_derivative(term: Term, text: Text) -> float:
     expected = np.stack([_central_difference(residual, x, i) for i in range(len(x))], -1)
     if jacobian.shape != expected.shape:
         raise wrong_rows(term.kind, len(jacobian), len(expected))
+    if not (np.isfinite(jacobian).all() and np.isfinite(expected).all()):
+        raise SolveError(
+            f"The derivative of {term.kind} or its residual beside the place of the text holds NaN "
+            "or infinity, so they cannot be compared; correct the term or choose another place."
+        )
     scale = max(float(abs(expected).max(initial=0.0)), 1e-12)
     return float(abs(jacobian - expected).max(initial=0.0)) / scale
 

@@ -105,10 +105,7 @@ def solve(
         raise SolveError(f"restarts must be a whole number ≥ 0; received {restarts!r}.")
     until = _end_of(restart_seconds)
     energy = Energy(text, terms, free, locks)
-    least = _least_goal(energy.terms)
-    tolerances = Tolerances(
-        step=step_tolerance, absolute_cost=LEAST_GAIN * least, cost_floor=COST_FLOOR * least
-    )
+    tolerances = _tolerances(step_tolerance, energy.terms)
 
     def run(energy: Energy, x: Array) -> Descent:
         return descend(energy, x, tolerances, max_iterations)
@@ -124,7 +121,7 @@ def solve(
         for x in _other_places(energy, restarts):
             if time.perf_counter() > until:
                 break
-            if not np.isfinite(soft.residual(x)).all():
+            if not np.isfinite(soft.renew(x) if soft.moves else soft.residual(x)).all():
                 # A term has no value there, which says nothing about the first result.
                 continue
             near = descend(soft, x, tolerances, max_iterations, deadline=until)
@@ -152,13 +149,14 @@ def _end_of(seconds: float | None) -> float:
     return time.perf_counter() + float(seconds)
 
 
-def _least_goal(terms: Sequence[Term]) -> float:
-    """The cost of the goal whose tolerance costs least, at most 1 for half a font unit.
+def _tolerances(step: float, terms: Sequence[Term]) -> Tolerances:
+    """The limits of a solve, which scale with the goal whose tolerance costs least.
 
     Gains that are small for a usual goal decide whether a goal of small weight is met.
     """
     goals = [t.weight * (t.tolerance / MET) ** 2 for t in terms if t.tolerance is not None]
-    return min(1.0, *goals, 1.0)
+    least = min(1.0, 1.0, *goals)
+    return Tolerances(step=step, absolute_cost=LEAST_GAIN * least, cost_floor=COST_FLOOR * least)
 
 
 def _softened(term: Term) -> Term:

@@ -79,6 +79,11 @@ def load_font(source: FontSource | Font, index: int = 0, static: bool = False) -
     return Font(open_font(source, index), index, static)
 
 
+def _load(data: bytes, index: int, static: bool, drawn: Mapping[str, Glyph]) -> Font:
+    font = load_font(data, index, static)
+    return font.with_glyphs(drawn) if drawn else font
+
+
 class Font(DesignSpace):
     """A variable font; :func:`load_font` makes it.
 
@@ -101,6 +106,7 @@ class Font(DesignSpace):
             self._read(ttfont, static)
         self._ttfont = ttfont
         self._glyphs: GlyphCache[Glyph] = GlyphCache()
+        self._drawn: dict[str, Glyph] = {}
         # fontTools reads a table when it is first asked for, which only one thread may do at a
         # time.
         self._reading = RLock()
@@ -133,8 +139,8 @@ class Font(DesignSpace):
         self._cmap: dict[int, str] = (ttfont.getBestCmap() if "cmap" in ttfont else None) or {}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A pickle holds the font file; the glyphs are read from it again."""
-        return load_font, (font_bytes(self._ttfont), self._index, self._static)
+        """A pickle holds the font file, from which glyphs are read again, and other drawings."""
+        return _load, (font_bytes(self._ttfont), self._index, self._static, self._drawn)
 
     def __copy__(self) -> Font:
         return self
@@ -167,6 +173,46 @@ class Font(DesignSpace):
         w = check_coordinates(w, len(self.axes))
         return {name: metric.value(w) for name, metric in self._metrics.items()}
 
+    def with_glyphs(self, glyphs: Mapping[str | int, Glyph]) -> Font:
+        """The font with other drawings of some glyphs, so that a :class:`Text` can set them.
+
+        A drawing is a :class:`Glyph` over the axes of this font; it may be made from arrays. The
+        characters, the kerning and the anchors stay those of the file.
+
+        Parameters
+        ----------
+        glyphs : mapping of character, glyph name or glyph id to Glyph
+
+        Raises
+        ------
+        GlyphError
+            The font has no such glyph, a drawing is no Glyph, or it has another number of axes.
+
+        Examples
+        --------
+        >>> import vfwidget as vf
+        >>> font = vf.load_font("recursive")
+        >>> text = vf.Text(font.with_glyphs({"a": font.glyph("o")}), "an")
+        >>> text.glyphs[0].contours == font.glyph("o").contours
+        True
+        """
+        if not isinstance(glyphs, Mapping):
+            raise GlyphError(f"glyphs is a mapping of characters to glyphs, not {glyphs!r:.80}.")
+        drawn = dict(self._drawn)
+        for key, glyph in glyphs.items():
+            name = self._glyph_name(key)
+            if not isinstance(glyph, Glyph) or glyph.outline.axis_count != len(self.axes):
+                raise GlyphError(
+                    f"The drawing of {key!r} must be a Glyph over {len(self.axes)} axes; "
+                    f"received {glyph!r:.80}."
+                )
+            drawn[name] = glyph.named(name, self.glyph_names.index(name))
+        twin = object.__new__(Font)
+        twin.__dict__.update(self.__dict__, _drawn=drawn)
+        # Layouts hold the advances of the former glyphs.
+        twin.__dict__.pop("_layouts", None)
+        return twin
+
     def instance(
         self,
         axes: Mapping[str, Any] | NamedInstance,
@@ -193,8 +239,9 @@ class Font(DesignSpace):
         AxisError
             The axis is unknown, or a value lies outside its range.
         FontError
-            fontTools cannot make the instance.
+            fontTools cannot make the instance, or some glyphs are not those of the file.
         """
+        self._check_unchanged()
         if isinstance(axes, NamedInstance):
             axes = self._instance_axes(axes)
         limits = check_limits(self.axes, axes)
@@ -220,8 +267,22 @@ class Font(DesignSpace):
         return web_font(font, string, alternates or {})
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the font file as it was read, or as :meth:`instance` made it."""
+        """Write the font file as it was read, or as :meth:`instance` made it.
+
+        Raises
+        ------
+        FontError
+            Some glyphs are not those of the file.
+        """
+        self._check_unchanged()
         Path(path).write_bytes(font_bytes(self._ttfont))
+
+    def _check_unchanged(self) -> None:
+        if self._drawn:
+            raise FontError(
+                f"The drawings of {', '.join(self._drawn)} that with_glyphs has set cannot be "
+                "written to a font file; use the font as it was loaded."
+            )
 
     def describe(self) -> Description:
         """What the file holds: axes, instances, tables read and tables left aside, as one table.
@@ -268,6 +329,8 @@ class Font(DesignSpace):
             The glyph's data are damaged.
         """
         name = self._glyph_name(key)
+        if name in self._drawn:
+            return self._drawn[name]
         with self._reading:
             glyph = self._glyphs.get(name)
             if glyph is None:
@@ -299,7 +362,7 @@ class Font(DesignSpace):
 
         for name in tqdm(self.glyph_names, desc="glyphs", leave=False, delay=PROGRESS_SECONDS):
             with self._reading:
-                yield self._glyphs.get(name) or self._read_glyph(name)
+                yield self._drawn.get(name) or self._glyphs.get(name) or self._read_glyph(name)
 
     def _glyph_name(self, key: str | int) -> str:
         name = self._find(key)

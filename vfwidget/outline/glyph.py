@@ -287,6 +287,12 @@ class Glyph:
         left, right = x_extent(self.segments(w))
         return left, advance - right
 
+    def named(self, name: str, glyph_id: int) -> Glyph:
+        """The same glyph with another name and glyph id."""
+        twin = copy(self)
+        twin.name, twin.glyph_id = name, glyph_id
+        return twin
+
     def without_advance(self) -> Glyph:
         """The same outline with an advance of zero, for a mark that takes no room in a line."""
         twin = copy(self)

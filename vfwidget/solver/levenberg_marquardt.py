@@ -81,11 +81,11 @@ def init(problem: Problem, start: Array) -> Requests:
         The residual is not a vector of finite numbers.
     """
     residual = yield Request(Kind.RENEW if problem.renews else Kind.RESIDUAL, start)
-    return State(start, residual, finite_cost(problem, residual, start))
+    return State(start, residual, finite_cost(problem, residual, start, "at the start"))
 
 
-def finite_cost(problem: Problem, residual: Array, x: Array) -> float:
-    """The cost at the start, or after the residual has been renewed.
+def finite_cost(problem: Problem, residual: Array, x: Array, when: str) -> float:
+    """The cost at the start, or after the residual has been renewed, as ``when`` says.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def finite_cost(problem: Problem, residual: Array, x: Array) -> float:
     if not math.isfinite(cost):
         bad = np.count_nonzero(~np.isfinite(residual**2))
         raise SolveError(
-            f"The residual at the start must be a vector of finite numbers; it has the shape "
+            f"The residual {when} must be a vector of finite numbers; it has the shape "
             f"{residual.shape}, and {bad} of its values are NaN, infinite or too large to square."
         )
     return cost

@@ -63,5 +63,6 @@ class Renewal:
 
     def _renew(self, state: State) -> Requests:
         state.residual = yield Request(Kind.RENEW, state.x)
-        state.cost = finite_cost(self.problem, state.residual, state.x)
+        when = f"renewed after step {state.iterations}"
+        state.cost = finite_cost(self.problem, state.residual, state.x, when)
         state.model = None

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array, IntArray, to_array
 from ..font import Font
 from ..font.settings import Settings
-from .inputs import read_length
+from .inputs import read_length, read_shared
 from .layout import Layout, layouts
 from .memo import Memo
 from .word import Word
@@ -61,7 +61,7 @@ class Composition:
         line_height: float | None = None,
         **shaping: Any,
     ) -> None:
-        self.font, self.string, self.shared = font, string, shared
+        self.font, self.string, self.shared = font, string, read_shared(shared)
         self._shaping = shaping
         if line_height is None:
             line_height = font.ascender - font.descender

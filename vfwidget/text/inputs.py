@@ -128,6 +128,19 @@ def read_length(name: str, value: Any) -> float:
     return float(value)
 
 
+def read_shared(value: Any) -> bool:
+    """Whether letters share their axes.
+
+    Raises
+    ------
+    TextError
+        It is neither True nor False.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise TextError(f"shared must be True or False; received {value!r}.")
+    return bool(value)
+
+
 def read_point(x: float, y: float) -> Array:
     """A point, (2,).
 

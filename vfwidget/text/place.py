@@ -127,23 +127,24 @@ class Unknowns:
         value, part = self._blocks[name].value, self.slices.get(name)
         return value if part is None else x[part].reshape(value.shape)
 
-    def shape(self, name: str) -> tuple[int, ...]:
-        """The shape of a block."""
-        return self._blocks[name].value.shape
-
     def place(self, x: Array) -> dict[str, Array]:
         """The values of all blocks where the free ones are x (N,)."""
         return {name: self.value(name, x) for name in self._blocks}
 
     def flat(self, values: Mapping[str, Array]) -> Array:
-        """A number for each free unknown, (N,), from arrays by block; 0 in blocks left out."""
-        if len(values) == len(self.slices) == 1 and values.keys() == self.slices.keys():
-            (only,) = values.values()
-            return only.ravel()
+        """A number for each free unknown, (N,), from arrays by block; 0 in blocks left out.
+
+        Raises
+        ------
+        ValueError
+            There is no such block, or it has another shape.
+        """
         flat = np.zeros(len(self.start))
-        for name, part in self.slices.items():
-            if name in values:
-                flat[part] = values[name].ravel()
+        for name, value in values.items():
+            if name not in self._blocks or value.shape != self._blocks[name].value.shape:
+                raise ValueError(f"There is no block {name!r} of shape {value.shape}.")
+            if name in self.slices:
+                flat[self.slices[name]] = value.ravel()
         return flat
 
     def kinks(self, axes: Array) -> Array:

@@ -102,7 +102,7 @@ class Text(Exports):
         self.composition = Composition(
             load_font(font),
             string,
-            bool(shared),
+            shared,
             line_height,
             features=features,
             language=language,
@@ -222,8 +222,8 @@ class Text(Exports):
         if all(one is None for one in (axes, theta, offsets, tracking, shared)):
             raise AxisError("Give at least one of axes=, theta=, offsets=, tracking= and shared=.")
         text = self
-        if shared is not None and bool(shared) != self.shared:
-            text = self._regrouped(bool(shared))
+        if shared is not None and shared != self.shared:
+            text = self._regrouped(shared)
         coordinates, values = text._theta, text._axes
         if axes is not None:
             coordinates, values = read_axes(self.font, text.composition.parameters, axes)
