@@ -73,7 +73,7 @@ def to_tensor(value: Any) -> torch.Tensor:
             raise _complex(value.dtype)
         return value if value.is_floating_point() else value.double()
     # A copy of its own, for torch warns of arrays that are read-only.
-    return torch.from_numpy(to_array(value).copy())
+    return torch.from_numpy(np.array(to_array(value)))
 
 
 def to_array(value: Any) -> Array:
@@ -95,7 +95,7 @@ def to_array(value: Any) -> Array:
 
 
 def _complex(dtype: Any) -> VFWidgetError:
-    return VFWidgetError(f"Numbers must be real; received {dtype}. Pass their real parts, say.")
+    return VFWidgetError(f"Numbers must be real; received numbers of type {dtype}.")
 
 
 def like(value: Any, reference: Any) -> Any:

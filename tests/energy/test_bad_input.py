@@ -11,6 +11,7 @@ import pytest
 import torch
 
 import vfwidget as vf
+from vfwidget.text.place import Block
 
 Function = Callable[[Any], Any]
 BY_X = vf.Derivative(points=np.array([[[1.0, 0.0]]]))
@@ -228,3 +229,70 @@ def test_a_place_to_stay_close_to_has_a_value_for_each_axis(text: vf.Text) -> No
     for theta in (0.5, [0.5], np.zeros((2, 5))):
         with pytest.raises(vf.SolveError, match=r"finite numbers of shape \(1, 5\)"):
             vf.solve(text, vf.StayClose(theta=theta))
+
+
+@pytest.mark.parametrize(
+    ("method", "result", "says"),
+    [
+        ("bind", None, r"bind\(\) of Mine must return a term"),
+        ("blocks", ["more"], r"blocks\(\) of Mine must return a mapping"),
+        ("blocks", {"more": np.zeros(2)}, r"blocks\(\) of Mine must give each name a Block"),
+        ("blocks", {"more": Block(np.zeros(2, int))}, "finite float64 numbers"),
+        ("blocks", {"more": Block(np.array([np.nan]))}, "finite float64 numbers"),
+        ("blocks", {"more": Block(np.zeros(2), lower=np.ones(2))}, "bounds around them"),
+        ("blocks", {"more": Block(np.zeros(2), upper=np.zeros(3))}, "of the same shape"),
+        (
+            "blocks",
+            {"more": Block(np.zeros(2), kinks=np.zeros(2))},
+            r"kinks of the shape \(size, q",
+        ),
+        ("locate", 3, r"locate\(\) of Mine must return None or an object with the methods"),
+        ("miss", "much", r"miss\(\) of Mine must return a number or None; received 'much'"),
+        ("miss", math.nan, "received nan"),
+        ("proximity", 3, r"proximity\(\) of Mine must give"),
+        ("proximity", {"axes": 1.0}, r"proximity\(\) of Mine must give"),
+        ("proximity", {"nowhere": (np.ones((1, 5)),) * 2}, r"proximity\(\) of Mine must give"),
+        ("proximity", {"axes": (np.ones(5), np.ones(5))}, "of the block's shape"),
+        ("proximity", {"axes": (-np.ones((1, 5)), np.ones((1, 5)))}, "weights ≥ 0"),
+        ("proximity", {"axes": (np.ones((1, 5)), np.full((1, 5), np.nan))}, "finite"),
+    ],
+)
+def test_what_a_term_of_ones_own_returns_is_checked(
+    text: vf.Text, handle: vf.Handle, method: str, result: Any, says: str
+) -> None:
+    term = make(handle, x_at(0), BY_X, **{method: lambda self, given: result})
+    with pytest.raises(vf.SolveError, match=says):
+        vf.solve(text, term)
+
+
+def test_the_check_of_a_derivative_that_is_not_finite_is_an_error(
+    text: vf.Text, handle: vf.Handle
+) -> None:
+    broken = vf.Derivative(points=np.full((1, 1, 2), np.nan))
+    for term in (
+        make(handle, x_at(0), broken),
+        make(handle, lambda points: torch.sqrt(-(points[:, 0] ** 2) - 1)),
+    ):
+        with pytest.raises(vf.SolveError, match="NaN or infinity"):
+            vf.check_derivative(term, text)
+
+
+def test_complex_numbers_are_refused(text: vf.Text, handle: vf.Handle) -> None:
+    imaginary = np.ones(5) * 1j
+    for call in (
+        lambda: vf.solve(text, vf.Target(handle, imaginary[:2])),
+        lambda: vf.solve(text, vf.Target(handle, torch.tensor(imaginary[:2]))),
+        lambda: vf.solve(text, vf.StayClose(theta=imaginary)),
+        lambda: text.at(theta=torch.tensor(imaginary)),
+        lambda: text.at(offsets=np.ones((4, 2)) * 1j),
+        lambda: text.font.glyph("n").points(imaginary),
+        lambda: vf.rasterize([np.ones((3, 4, 2)) * 1j], (10, 10)),
+    ):
+        with pytest.raises(vf.VFWidgetError):
+            call()
+
+
+@pytest.mark.parametrize("free", ["axes", (), ["axes", 3], ["axes", "size"], [["axes"]], 5, None])
+def test_free_is_a_sequence_of_blocks(text: vf.Text, handle: vf.Handle, free: Any) -> None:
+    with pytest.raises(vf.SolveError, match="free is a sequence of names of blocks"):
+        vf.solve(text, vf.Target(handle, (0, 0)), free=free)

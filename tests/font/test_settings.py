@@ -48,6 +48,11 @@ def test_rows_are_those_of_harfbuzz(name: str, string: str, rows: int) -> None:
     for w in places:
         expected = font.shape_at(string, w, options, lambda _: 0.0)
         assert found.rows[found.row_at(w)] == expected
+    assert np.array_equal(found.row_at(places), [found.row_at(w) for w in places])
+    lower, upper = found.box_at(places)
+    for w, low, high in zip(places, lower, upper, strict=True):
+        assert ((low <= np.round(w * F2DOT14) / F2DOT14) & (w <= high + 1 / F2DOT14)).all()
+        assert found.row_at(low) == found.row_at(high) == found.row_at(w)
 
 
 def test_the_first_row_is_that_of_the_default() -> None:

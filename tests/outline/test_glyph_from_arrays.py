@@ -183,3 +183,59 @@ def test_a_glyph_of_another_form():
             getattr(glyph, question)
     with pytest.raises(vf.GlyphError, match="not affine"):
         glyph.scalars([0.5])
+
+
+def drawing(scale: float = 1.0) -> vf.Glyph:
+    """The n of Roboto Flex from arrays, wider by a factor."""
+    font = vf.load_font("roboto-flex")
+    numbers = font.glyph("n").affine
+    factor = np.array([scale, 1.0])
+    return vf.Glyph(
+        numbers.base * factor,
+        numbers.deltas * factor[:, None],
+        numbers.support,
+        font.glyph("n").contours,
+        (scale * numbers.advance_base, scale * numbers.advance_deltas, numbers.advance_support),
+    )
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_glyph_from_arrays_is_set_and_dragged_as_one_of_the_file(shared):
+    file = vf.load_font("roboto-flex")
+    font = file.with_glyphs({"n": drawing()})
+    place = {"wght": 640, "wdth": 120}
+    given, made = (vf.Text(one, "ann", place, shared) for one in (file, font))
+    assert torch.allclose(given.points(), made.points())
+    assert [one.name for one in made.glyphs] == [one.name for one in given.glyphs]
+    handle, other = given.handle(1, 0, 2, 0.5), made.handle(1, 0, 2, 0.5)
+    goal = given.position(handle) + 12
+    found = [vf.solve(t, vf.Target(h, goal)) for t, h in ((given, handle), (made, other))]
+    assert torch.allclose(found[0].theta, found[1].theta, atol=1e-9)
+
+
+def test_letters_after_a_wider_drawing_stand_farther_to_the_right():
+    file = vf.load_font("roboto-flex")
+    before = vf.Text(file, "na").layout
+    text = vf.Text(file.with_glyphs({"n": drawing(1.5)}), "na")
+    added = 0.5 * file.glyph("n").advance(np.zeros(len(file.axes))).item()
+    assert text.layout[1].x == pytest.approx(before[1].x + added)
+    # The file's own glyphs stay as they were, and copies keep the drawing.
+    assert vf.Text(file, "na").layout[1].x == before[1].x
+    again = pickle.loads(pickle.dumps(text))
+    assert again.layout[1].x == text.layout[1].x
+
+
+def test_what_cannot_be_set_or_written_is_one_error(tmp_path):
+    file = vf.load_font("roboto-flex")
+    square = read_masters("M0,0L100,0L100,700L0,700Z", "M0,0L220,0L220,700L0,700Z")
+    for glyphs, says in (
+        ({"n": square}, "must be a Glyph over 13 axes"),
+        ({"n": "n"}, "received 'n'"),
+        ({"\u4e00": square}, "no glyph"),
+    ):
+        with pytest.raises(vf.GlyphError, match=says):
+            file.with_glyphs(glyphs)
+    font = file.with_glyphs({"n": drawing(1.5)})
+    for write in (lambda: font.save(tmp_path / "font.ttf"), lambda: font.instance({"wght": 500})):
+        with pytest.raises(vf.FontError, match="drawings of uni006E"):
+            write()

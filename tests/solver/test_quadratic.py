@@ -96,3 +96,25 @@ def test_five_hundred_variables_need_no_large_matrix(monkeypatch) -> None:
     inside = (d > -0.001) & (d < 0.002)
     assert inside.any() and abs(slope[inside]).max() <= 1e-9
     assert (slope[d == -0.001] >= 0).all() and (slope[d == 0.002] <= 0).all()
+
+
+@given(seeds, st.integers(1, 4))
+@settings(max_examples=60, deadline=None)
+def test_few_equations_are_solved_as_by_lapack(seed: int, n: int) -> None:
+    rng = np.random.default_rng(seed)
+    scale = 10.0 ** rng.uniform(-6, 6, n)
+    root = rng.normal(size=(n, n)) * scale
+    matrix = root.T @ root + np.diag(1e-8 * scale**2)
+    d = rng.normal(size=n)
+    found = DenseQuadratic(matrix, -matrix @ d).minimiser()
+    expected = np.linalg.solve(matrix, matrix @ d)
+    # Both are as near to d as the condition of the matrix allows.
+    tolerance = 1e-5 * np.abs(d).max() + 10 * np.abs(expected - d).max()
+    assert np.abs(found - d).max() <= tolerance
+
+
+def test_a_pivot_lost_in_rounding_errors_is_left_to_lapack() -> None:
+    matrix = np.array([[1.0, 1.0], [1.0, 1.0 - 2.0**-53]])
+    gradient = np.array([1.0, 0.0])
+    found = DenseQuadratic(matrix, gradient).minimiser()
+    assert np.array_equal(found, np.linalg.solve(matrix, -gradient))

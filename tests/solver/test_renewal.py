@@ -110,7 +110,7 @@ def test_a_renewed_residual_that_is_not_finite_is_an_error() -> None:
         def renew(self, x):
             return super().renew(x) if x[0] == 0.4 else np.full(3, np.nan)
 
-    with pytest.raises(vf.SolveError, match="finite"):
+    with pytest.raises(vf.SolveError, match="renewed after step 1 must be a vector of finite"):
         solve(Broken(), [0.4, 0.4])
 
 

@@ -33,7 +33,7 @@ def along_planes(
     if not energy.text.font.moves_axes or AXES not in energy.unknowns.slices:
         return found
     for _ in range(MOST_STEPS):
-        if found.meets_all:
+        if not found.missed:
             break
         tried = [(_cost(energy, found, x), x) for x in _steps(energy, found.state.x)]
         cost, x = min(tried, key=lambda one: one[0], default=(np.inf, found.state.x))

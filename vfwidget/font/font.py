@@ -80,8 +80,7 @@ def load_font(source: FontSource | Font, index: int = 0, static: bool = False) -
 
 
 def _load(data: bytes, index: int, static: bool, drawn: Mapping[str, Glyph]) -> Font:
-    font = load_font(data, index, static)
-    return font.with_glyphs(drawn) if drawn else font
+    return load_font(data, index, static).with_glyphs(drawn)
 
 
 class Font(DesignSpace):
@@ -173,15 +172,15 @@ class Font(DesignSpace):
         w = check_coordinates(w, len(self.axes))
         return {name: metric.value(w) for name, metric in self._metrics.items()}
 
-    def with_glyphs(self, glyphs: Mapping[str | int, Glyph]) -> Font:
-        """The font with other drawings of some glyphs, so that a :class:`Text` can set them.
+    def with_glyphs(self, glyphs: Mapping[Any, Glyph]) -> Font:
+        """The font with other drawings of some glyphs, which a :class:`Text` then sets.
 
-        A drawing is a :class:`Glyph` over the axes of this font; it may be made from arrays. The
-        characters, the kerning and the anchors stay those of the file.
+        Characters, kerning and anchors stay those of the file.
 
         Parameters
         ----------
         glyphs : mapping of character, glyph name or glyph id to Glyph
+            Over the axes of this font; they may be made from arrays.
 
         Raises
         ------
@@ -196,10 +195,8 @@ class Font(DesignSpace):
         >>> text.glyphs[0].contours == font.glyph("o").contours
         True
         """
-        if not isinstance(glyphs, Mapping):
-            raise GlyphError(f"glyphs is a mapping of characters to glyphs, not {glyphs!r:.80}.")
         drawn = dict(self._drawn)
-        for key, glyph in glyphs.items():
+        for key, glyph in dict(glyphs).items():
             name = self._glyph_name(key)
             if not isinstance(glyph, Glyph) or glyph.outline.axis_count != len(self.axes):
                 raise GlyphError(
