@@ -308,6 +308,16 @@ def test_without_restarts_a_text_keeps_its_glyphs() -> None:
     assert found.text.glyphs[0].name == "a" and found.theta[0, 0] == pytest.approx(0.5, abs=1e-3)
 
 
+def test_no_boundary_is_crossed_when_the_time_is_over() -> None:
+    text = exchanged()
+    handle = text.handle()
+    x, y = text.position(handle).tolist()
+    terms = [vf.Target(handle, (x + 240, y)), vf.StayClose()]
+    found = vf.solve(text, terms, restart_seconds=0)
+    assert found.text.glyphs[0].name == "a" and not found.boundaries
+    assert found.status == "unreachable"
+
+
 def test_one_letter_of_several_crosses_a_boundary() -> None:
     text = exchanged("aa", shared=False)
     handle, other = text.handle(1), text.handle(0)

@@ -7,6 +7,8 @@ better of both results is kept.
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
@@ -61,9 +63,17 @@ Descend = Callable[[Energy, Array], Descent]
 
 
 def cross(
-    energy: Energy, found: Descent, descend: Descend
+    energy: Energy, found: Descent, descend: Descend, deadline: float = math.inf
 ) -> tuple[Energy, Descent, list[Boundary]]:
     """Go on from where a descent ended beyond the boundaries that it met, where that costs less.
+
+    Parameters
+    ----------
+    energy : Energy
+    found : Descent
+    descend : Descend
+    deadline : float
+        The value of ``time.perf_counter()`` after which no boundary is crossed. Default: no limit.
 
     Returns
     -------
@@ -79,6 +89,8 @@ def cross(
         best: tuple[Energy, Descent, Boundary] | None = None
         stays: list[Boundary] = []
         for entry, other in _beyond(energy, found):
+            if time.perf_counter() > deadline:
+                break
             try:
                 there = energy.at(other, energy.terms)
             except GlyphError:

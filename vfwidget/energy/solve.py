@@ -72,8 +72,9 @@ def solve(
         it goes on beyond if that costs less (``solution.boundaries``). With 0 the text keeps its
         glyphs.
     restart_seconds : float, optional
-        Restarts end this many seconds after the call, and the best result so far is kept.
-        Default: no limit, so that a solve can be repeated exactly.
+        Restarts, and descents beyond locations at which glyphs change, end this many seconds
+        after the call, and the best result so far is kept. Default: no limit, so that a solve
+        can be repeated exactly.
 
     Returns
     -------
@@ -110,10 +111,13 @@ def solve(
     def run(energy: Energy, x: Array) -> Descent:
         return descend(energy, x, tolerances, max_iterations)
 
+    def run_until(energy: Energy, x: Array) -> Descent:
+        return descend(energy, x, tolerances, max_iterations, deadline=until)
+
     best = along_planes(energy, run(energy, energy.unknowns.start), run)
     boundaries: list[Boundary] = []
     if restarts > 0:
-        energy, best, boundaries = cross(energy, best, run)
+        energy, best, boundaries = cross(energy, best, run_until, until)
     elsewhere = None
     if restarts > 0 and best.missed:
         # From far away stiff terms make narrow, curved valleys, so they are added near the end.
@@ -124,11 +128,11 @@ def solve(
             if not np.isfinite(soft.renew(x) if soft.moves else soft.residual(x)).all():
                 # A term has no value there, which says nothing about the first result.
                 continue
-            near = descend(soft, x, tolerances, max_iterations, deadline=until)
+            near = run_until(soft, x)
             if near.state.cost >= best.state.cost:
                 # Stiff terms only add to the cost.
                 continue
-            other = descend(energy, near.state.x, tolerances, max_iterations, deadline=until)
+            other = run_until(energy, near.state.x)
             if other.state.cost >= best.state.cost or other.shortfall > best.shortfall - 1:
                 continue
             if other.meets_more_than(best) or not _is_far(energy, best, other):

@@ -15,7 +15,7 @@ from fontTools.ttLib import TTFont
 from ..arrays import Array, ArrayLike, IntArray
 from ..errors import FontError, GlyphError
 from ..outline.coordinates import check_coordinates
-from ..outline.glyph import Glyph, Layer
+from ..outline.glyph import Glyph
 from ..outline.varying import Varying
 from . import axes as axis_maths
 from . import names
@@ -25,10 +25,11 @@ from .cache import GlyphCache
 from .colour import read_palettes
 from .describe import Description, describe
 from .design_space import DesignSpace
+from .drawings import Drawings
 from .font_metrics import read_metrics
 from .instance import check_limits, instantiate, web_font
 from .metrics import read_positioning_regions
-from .reader import GlyphReader
+from .reader import GlyphReader, layers_later
 from .settings import Settings, read_conditions
 from .shaping import ShapedRow, Shaper
 from .shaping_options import ShapingOptions, check_options
@@ -79,8 +80,8 @@ def load_font(source: FontSource | Font, index: int = 0, static: bool = False) -
     return Font(open_font(source, index), index, static)
 
 
-def _load(data: bytes, index: int, static: bool, drawn: Mapping[str, Glyph]) -> Font:
-    return load_font(data, index, static).with_glyphs(drawn)
+def _load(data: bytes, index: int, static: bool, drawings: Drawings) -> Font:
+    return load_font(data, index, static).with_glyphs(drawings)
 
 
 class Font(DesignSpace):
@@ -105,7 +106,7 @@ class Font(DesignSpace):
             self._read(ttfont, static)
         self._ttfont = ttfont
         self._glyphs: GlyphCache[Glyph] = GlyphCache()
-        self._drawn: dict[str, Glyph] = {}
+        self._drawings = Drawings()
         # fontTools reads a table when it is first asked for, which only one thread may do at a
         # time.
         self._reading = RLock()
@@ -139,7 +140,7 @@ class Font(DesignSpace):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A pickle holds the font file, from which glyphs are read again, and other drawings."""
-        return _load, (font_bytes(self._ttfont), self._index, self._static, self._drawn)
+        return _load, (font_bytes(self._ttfont), self._index, self._static, self._drawings)
 
     def __copy__(self) -> Font:
         return self
@@ -195,17 +196,9 @@ class Font(DesignSpace):
         >>> text.glyphs[0].contours == font.glyph("o").contours
         True
         """
-        drawn = dict(self._drawn)
-        for key, glyph in dict(glyphs).items():
-            name = self._glyph_name(key)
-            if not isinstance(glyph, Glyph) or glyph.outline.axis_count != len(self.axes):
-                raise GlyphError(
-                    f"The drawing of {key!r} must be a Glyph over {len(self.axes)} axes; "
-                    f"received {glyph!r:.80}."
-                )
-            drawn[name] = glyph.named(name, self.glyph_names.index(name))
+        drawings = self._drawings.and_these(glyphs, self.glyph, len(self.axes))
         twin = object.__new__(Font)
-        twin.__dict__.update(self.__dict__, _drawn=drawn)
+        twin.__dict__.update(self.__dict__, _drawings=drawings)
         # Layouts hold the advances of the former glyphs.
         twin.__dict__.pop("_layouts", None)
         return twin
@@ -238,7 +231,7 @@ class Font(DesignSpace):
         FontError
             fontTools cannot make the instance, or some glyphs are not those of the file.
         """
-        self._check_unchanged()
+        self._drawings.check_none()
         if isinstance(axes, NamedInstance):
             axes = self._instance_axes(axes)
         limits = check_limits(self.axes, axes)
@@ -271,15 +264,8 @@ class Font(DesignSpace):
         FontError
             Some glyphs are not those of the file.
         """
-        self._check_unchanged()
+        self._drawings.check_none()
         Path(path).write_bytes(font_bytes(self._ttfont))
-
-    def _check_unchanged(self) -> None:
-        if self._drawn:
-            raise FontError(
-                f"The drawings of {', '.join(self._drawn)} that with_glyphs has set cannot be "
-                "written to a font file; use the font as it was loaded."
-            )
 
     def describe(self) -> Description:
         """What the file holds: axes, instances, tables read and tables left aside, as one table.
@@ -326,8 +312,8 @@ class Font(DesignSpace):
             The glyph's data are damaged.
         """
         name = self._glyph_name(key)
-        if name in self._drawn:
-            return self._drawn[name]
+        if name in self._drawings:
+            return self._drawings[name]
         with self._reading:
             glyph = self._glyphs.get(name)
             if glyph is None:
@@ -339,7 +325,7 @@ class Font(DesignSpace):
         with damage(f"The data of glyph {name!r} are damaged"):
             glyph = self._reader.read(name)
             if self._reader.has_layers(name):
-                glyph.read_layers = _layers_later(self._reader, self._reading, name)
+                glyph.read_layers = layers_later(self._reader, self._reading, name)
             return glyph.over(self._displacement) if self._displacement else glyph
 
     def __len__(self) -> int:
@@ -359,7 +345,7 @@ class Font(DesignSpace):
 
         for name in tqdm(self.glyph_names, desc="glyphs", leave=False, delay=PROGRESS_SECONDS):
             with self._reading:
-                yield self._drawn.get(name) or self._glyphs.get(name) or self._read_glyph(name)
+                yield self._drawings.get(name) or self._glyphs.get(name) or self._read_glyph(name)
 
     def _glyph_name(self, key: str | int) -> str:
         name = self._find(key)
@@ -419,15 +405,3 @@ class Font(DesignSpace):
             (-np.ones(n), np.ones(n)) if self.moves_axes else self.bounds,
             lambda final: self._shaper.shape(string, final, options, lambda _: 0.0),
         )
-
-
-def _layers_later(
-    reader: GlyphReader, reading: RLock, name: str
-) -> Callable[[], tuple[Layer, ...]]:
-    """A function that reads the layers of a glyph; it does not keep the font alive."""
-
-    def read() -> tuple[Layer, ...]:
-        with reading, damage(f"The colours of glyph {name!r} are damaged"):
-            return reader.layers(name)
-
-    return read

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from threading import RLock
+
 import numpy as np
 from fontTools.ttLib import TTFont
 
@@ -84,3 +87,13 @@ class GlyphReader:
             height = self._heights.read(name, glyph_id, drawn.height, drawn.support)
             glyph.advance_height = Affine(*height)
         return glyph
+
+
+def layers_later(reader: GlyphReader, reading: RLock, name: str) -> Callable[[], tuple[Layer, ...]]:
+    """A function that reads the layers of a glyph; it does not keep the font alive."""
+
+    def read() -> tuple[Layer, ...]:
+        with reading, damage(f"The colours of glyph {name!r} are damaged"):
+            return reader.layers(name)
+
+    return read
