@@ -174,7 +174,7 @@ class Font(DesignSpace):
         return {name: metric.value(w) for name, metric in self._metrics.items()}
 
     def with_glyphs(self, glyphs: Mapping[Any, Glyph]) -> Font:
-        """The font with other drawings of some glyphs, which a :class:`Text` then sets.
+        """The font with other drawings of some glyphs: ``vf.Text(font.with_glyphs({"a": a}), "ab")``.
 
         Characters, kerning and anchors stay those of the file.
 
@@ -187,14 +187,6 @@ class Font(DesignSpace):
         ------
         GlyphError
             The font has no such glyph, a drawing is no Glyph, or it has another number of axes.
-
-        Examples
-        --------
-        >>> import vfwidget as vf
-        >>> font = vf.load_font("recursive")
-        >>> text = vf.Text(font.with_glyphs({"a": font.glyph("o")}), "an")
-        >>> text.glyphs[0].contours == font.glyph("o").contours
-        True
         """
         drawings = self._drawings.and_these(glyphs, self.glyph, len(self.axes))
         twin = object.__new__(Font)
