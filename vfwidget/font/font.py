@@ -174,7 +174,7 @@ class Font(DesignSpace):
         return {name: metric.value(w) for name, metric in self._metrics.items()}
 
     def with_glyphs(self, glyphs: Mapping[Any, Glyph]) -> Font:
-        """The font with other drawings of some glyphs: ``vf.Text(font.with_glyphs({"a": a}), "ab")``.
+        """The font with other drawings of some glyphs, which a :class:`Text` then sets.
 
         Characters, kerning and anchors stay those of the file.
 
