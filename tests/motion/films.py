@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,13 +13,16 @@ import vfwidget as vf
 BAR = np.array([[0.0, -40.0], [300.0, -40.0], [300.0, 0.0], [0.0, 0.0]])
 
 
+loaded = functools.cache(vf.load_font)
+
+
 def film(font: Any = "recursive", string: str = "AVog", frames: int = 31, **options: Any) -> Any:
     """Letters that change their weight one after the other, the second of which jumps and turns.
 
     A bar moves to the right below them.
     """
     options.setdefault("shared", False)
-    text = vf.Text(font, string, **options)
+    text = vf.Text(loaded(font) if isinstance(font, str | Path) else font, string, **options)
     tags = [axis.tag for axis in text.font.axes]
     times = np.linspace(2, 3.5, frames)
     theta = np.repeat(text.theta.numpy()[None], frames, axis=0)

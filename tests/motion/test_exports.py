@@ -69,11 +69,11 @@ def test_json_holds_the_axes_and_positions_of_every_frame(moving: Any) -> None:
 
 
 def test_the_gif_shows_the_frames(moving: Any) -> None:
-    data = moving.to_gif(height=60, fps=20, progress=False)
+    data = moving.to_gif(height=40, fps=10, progress=False)
     images = [i.convert("L") for i in ImageSequence.Iterator(Image.open(io.BytesIO(data)))]
-    assert Image.open(io.BytesIO(data)).info["duration"] == 50
-    expected = list(coverages(moving, 60, 20, progress=False))
-    assert len(images) == len(expected) == 31
+    assert Image.open(io.BytesIO(data)).info["duration"] == 100
+    expected = list(coverages(moving, 40, 10, progress=False))
+    assert len(images) == len(expected) == 16
     for image, coverage in zip(images, expected, strict=True):
         np.testing.assert_allclose(np.asarray(image) / 255, 1 - coverage, atol=0.005)
 

@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from fontTools.ttLib import TTFont
 
 import vfwidget as vf
-from tests.export.test_page import Page
+from tests.export.test_page import HOSTILE, Page
 from tests.motion.films import film
 from vfwidget.view.film import describe_film
 from vfwidget.view.player import STATE
 
 
+@pytest.fixture(scope="module")
+def animation() -> vf.Animation:
+    return film("dynapuff", "hi", frames=7)
+
+
 @pytest.fixture
-def player() -> vf.Player:
-    return vf.Player(film("dynapuff", "hi", frames=7), onion=2)
+def player(animation: vf.Animation) -> vf.Player:
+    return vf.Player(animation, onion=2)
 
 
 def test_the_view_receives_every_frame(player: vf.Player) -> None:
@@ -33,8 +40,8 @@ def test_the_view_receives_every_frame(player: vf.Player) -> None:
     assert len(sent["obstacles"]) == 7 and sent["scene"] == list(range(7))
 
 
-def test_an_obstacle_at_rest_is_sent_once() -> None:
-    moving = film("dynapuff", "hi", frames=7)
+def test_an_obstacle_at_rest_is_sent_once(animation: vf.Animation) -> None:
+    moving = animation
     still = vf.Animation(moving.text, moving.times, moving.theta, scenery=[moving.scenery[0]] * 7)
     sent = describe_film(still)
     assert len(sent["obstacles"]) == 1 and sent["scene"] == [0] * 7
@@ -44,10 +51,10 @@ def test_an_obstacle_at_rest_is_sent_once() -> None:
     ("name", "value", "message"),
     [
         ("animation", "hi", "shows an Animation; received str"),
-        ("speed", 0, "speed must be a number"),
-        ("speed", float("nan"), "speed must be a number"),
-        ("onion", -1, "onion must be a number"),
-        ("time", 99, "time must be a number from 0 to 1.5"),
+        ("speed", 0, "speed must be a finite number"),
+        ("speed", float("nan"), "speed must be a finite number"),
+        ("onion", -1, "onion must be a finite number"),
+        ("time", 99, "time must be a finite number"),
         ("playing", 1, "playing must be True or False"),
         ("height", 3, "height must be"),
     ],
@@ -101,6 +108,16 @@ def test_the_page_holds_the_state(player: vf.Player) -> None:
     (kind,) = [a["type"] for tag, a in made.elements if tag == "script" and a["type"] != "module"]
     assert kind == STATE
     assert not any({"src", "href"} & set(attributes) for _, attributes in made.elements)
+
+
+def test_hostile_names_are_inert(player: vf.Player) -> None:
+    font = TTFont(Path(vf.__file__).parent / "fonts" / "dynapuff.woff2")
+    for record in font["name"].names:
+        record.string = HOSTILE
+    bad = vf.Player(film(vf.load_font(font), "h<", frames=3))
+    assert Page(bad.to_html()).tags == Page(player.to_html()).tags
+    picture = bad._picture.bundle()["text/html"]
+    assert Page(picture).tags == ["div", "img", "p"]
 
 
 def test_the_poster_shows_a_frame_as_drawn(player: vf.Player) -> None:

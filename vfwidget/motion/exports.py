@@ -17,8 +17,8 @@ from ..export.images import read_colour
 from ..export.lottie import lottie
 from ..export.page import font_face, page
 from ..text import Text
-from .frames import number
 from .image_exports import ImageExports, PathLike
+from .numbers import read_number
 from .spans import JOINER, Alternates, text_spans
 from .tracks import drawn_box, letter_tracks, outlines, user_coordinates
 
@@ -58,7 +58,8 @@ class Exports(ImageExports):
 
         The sheet has a custom property for each axis that varies, and keyframes for each letter.
         A comment at its beginning holds the HTML element that it animates. The page has to
-        provide the font. Letters stand where the animation has them, kerning included.
+        provide the font, and the browser has to support its tables (few browsers read VARC).
+        Letters stand where the animation has them, kerning included.
 
         Parameters
         ----------
@@ -258,7 +259,7 @@ class Exports(ImageExports):
         em = self.text.font.units_per_em
         if tolerance is None:
             return TOLERANCE * em
-        return number("tolerance", tolerance, 0.0, em)
+        return read_number("tolerance", tolerance, 0.0, em, open_below=False)
 
     def _styled(
         self,

@@ -11,6 +11,7 @@ from ..arrays import Array, to_array
 from ..errors import MotionError
 from ..export.animated_svg import OBSTACLE_OPACITY
 from ..export.track import Track
+from .numbers import read_number
 from .tracks import Box, outlines
 
 FPS = (0.01, 1000.0)
@@ -25,7 +26,7 @@ def frame_numbers(animation: Any, fps: float) -> list[int]:
     MotionError
         ``fps`` is not a number between 0.01 and 1000.
     """
-    fps = number("fps", fps, *FPS)
+    fps = read_number("fps", fps, *FPS, open_below=False)
     times = animation.times - animation.times[0]
     wanted = np.arange(round(animation.duration * fps) + 1) / fps
     middles = (times[1:] + times[:-1]) / 2
@@ -87,19 +88,3 @@ def ink(tracks: Sequence[Track], number: int, size: tuple[int, int], placement: 
 
     contours = [c for track in tracks if track.shows(number) for c in track.contours(number)]
     return to_array(rasterize(contours, size, placement)) if contours else np.zeros(size)
-
-
-def number(name: str, value: Any, least: float, most: float) -> float:
-    """A number within bounds.
-
-    Raises
-    ------
-    MotionError
-        The value is not one.
-    """
-    known = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if not known or not least <= value <= most:
-        raise MotionError(
-            f"{name} must be a number from {least:g} to {most:g}; received {value!r}."
-        )
-    return float(value)

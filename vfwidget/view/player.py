@@ -17,7 +17,7 @@ from ..export.animated_svg import still_picture
 from ..export.files import written
 from ..export.page import page, view
 from ..motion.animation import Animation
-from ..motion.frames import number
+from ..motion.numbers import read_number
 from ..motion.tracks import has_colours, outlines
 from .bundle import PAGE_STYLE, built
 from .film import describe_film
@@ -192,15 +192,17 @@ class Player(anywidget.AnyWidget):
 
     @traitlets.validate("time")
     def _check_time(self, proposal: Any) -> float:
-        return number("time", proposal["value"], 0.0, self.animation.duration)
+        return read_number(
+            "time", proposal["value"], 0.0, self.animation.duration, open_below=False
+        )
 
     @traitlets.validate("speed")
     def _check_speed(self, proposal: Any) -> float:
-        return number("speed", proposal["value"], *SPEEDS)
+        return read_number("speed", proposal["value"], *SPEEDS, open_below=False)
 
     @traitlets.validate("onion")
     def _check_onion(self, proposal: Any) -> int:
-        return int(number("onion", proposal["value"], 0, MOST_ONION))
+        return int(read_number("onion", proposal["value"], 0, MOST_ONION, open_below=False))
 
     @traitlets.validate("playing", "loop")
     def _check_flag(self, proposal: Any) -> bool:
