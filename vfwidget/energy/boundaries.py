@@ -24,6 +24,8 @@ from .energy import Energy
 
 MOST_CROSSINGS = 16
 """A solve that keeps crossing boundaries ends after this many."""
+MOST_BOXES = 64
+"""Or after so many boxes: where axes move others, several boxes lead up to a boundary."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def cross(
     met: list[Boundary] = []
     if len(energy.text.composition.settings.rows) == 1:
         return energy, found, met
-    for _ in range(MOST_CROSSINGS):
+    for _ in range(MOST_BOXES):
         best: tuple[Energy, Descent, Boundary] | None = None
         stays: list[Boundary] = []
         for entry, other in _beyond(energy, found):
@@ -108,6 +110,8 @@ def cross(
         energy, found, side = best
         if side.before:
             met.append(replace(side, crossed=True))
+        if len(met) == MOST_CROSSINGS:
+            break
     return energy, found, met
 
 

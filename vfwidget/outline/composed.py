@@ -45,6 +45,14 @@ class Displaced(Coordinates):
         """See :attr:`Coordinates.unchanged`."""
         return ~(self.displacement.deltas.any(-1) | (self.displacement.base != 0))
 
+    def limits(self, lower: Array, upper: Array) -> tuple[Array, Array]:
+        """Limits of the coordinates, (n,) each, over a box of the given ones (interval sums)."""
+        least, most = self.displacement.regions.limits(lower, upper)
+        rise, fall = self.displacement.deltas.clip(0), self.displacement.deltas.clip(None, 0)
+        low = lower + self.displacement.base + rise @ least + fall @ most
+        high = upper + self.displacement.base + rise @ most + fall @ least
+        return low.clip(-1, 1), high.clip(-1, 1)
+
     def value(self, w: Any) -> Any:
         """See :meth:`Varying.value`."""
         return (w + self.displacement.value(w)).clip(-1, 1)

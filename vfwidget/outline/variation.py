@@ -92,6 +92,14 @@ class Slots:
         """γ(w) of Eq. 2, (..., m), at normalized coordinates w (..., n); autograd passes."""
         return _product(self._pieces(w)[0])
 
+    def limits(self, lower: Array, upper: Array) -> tuple[Array, Array]:
+        """Limits of γ, (m,) each, over a box between lower and upper, (n,) each."""
+        ends = np.sort([self._pieces(side)[0] for side in (lower, upper)], axis=0)
+        peak = self.sides[..., 1]
+        passed = (self._read(lower) <= peak) & (peak <= self._read(upper)) & self.used
+        # φ rises to its peak and falls after it.
+        return ends[0].prod(-1), np.where(passed, 1.0, ends[1]).prod(-1)
+
     def scalars_and_slopes(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
         """γ(w), (..., m), and its derivative by the axis of each slot, (..., m, q).
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -11,10 +11,14 @@ import numpy as np
 from ..arrays import Array, IntArray, to_array
 from ..font import Font
 from ..font.settings import Settings
+from ..outline.composed import Displaced
 from .inputs import read_length, read_shared
 from .layout import Layout, layouts
 from .memo import Memo
 from .word import Word
+
+HALVINGS = 15
+"""Bisections for a side of a box: to 1/16384 of the range of an axis."""
 
 
 class Setting(NamedTuple):
@@ -111,16 +115,24 @@ class Composition:
         return self._setting_at(theta).word
 
     def bounds_at(self, theta: Array) -> tuple[Array, Array]:
-        """The least and the greatest Θ at which the word is that at Θ, two arrays of its shape."""
+        """The least and the greatest Θ of a box around Θ in which the word is that at Θ.
+
+        Both have the shape of Θ. Where axes move others, the word may be the same beyond the box.
+        """
         if self._bounds is not None:
             return self._bounds
-        _, lower, upper = self._setting_at(theta)
+        displacement = self.font.displacement
+        if displacement is None:
+            _, lower, upper = self._setting_at(theta)
+        else:
+            boxes = np.array([self._box_within(w, displacement) for w in theta])
+            lower, upper = boxes[:, 0], boxes[:, 1]
         return np.minimum(lower, theta), np.maximum(upper, theta)
 
     @cached_property
     def _bounds(self) -> tuple[Array, Array] | None:
         """The bounds of Θ if they are the same everywhere, else None."""
-        if any(map(len, self.settings.edges)) and not self.font.moves_axes:
+        if any(map(len, self.settings.edges)):
             return None
         lower, upper = (np.tile(bound, (self.parameters, 1)) for bound in self.font.bounds)
         return lower, upper
@@ -145,6 +157,27 @@ class Composition:
         clusters = [row.clusters for row in self.settings.rows]
         return np.array([i if own == clusters[0] else 0 for i, own in enumerate(clusters)])
 
+
+    def _box_within(self, w: Array, displacement: Displaced) -> Array:
+        """A box (2, n) around w (n,) whose final coordinates stay in one box of the settings."""
+        final = displacement.value(w)
+        least, greatest = self.settings.box_at(final)
+        # HarfBuzz rounds, so that w may lie just outside.
+        least, greatest = np.minimum(least, final), np.maximum(greatest, final)
+        whole = np.stack(self.font.bounds)
+
+        def fits(box: Array) -> bool:
+            low, high = displacement.limits(*box)
+            return bool((low >= least).all() and (high <= greatest).all())
+
+        # All sides at once, so that each has room, and then each as far as it goes.
+        box = _largest(fits, np.array([w, w]), whole)
+        for side, axis in np.ndindex(*box.shape):
+            larger = box.copy()
+            larger[side, axis] = whole[side, axis]
+            box = _largest(fits, box, larger)
+        return box
+
     def word(self, rows: tuple[int, ...]) -> Word:
         """The word whose letters are taken from these rows of glyphs: one, or one per letter."""
         return self._words.get(rows, lambda: Word(self, rows, self._layouts_of(rows)))
@@ -152,6 +185,17 @@ class Composition:
     def _layouts_of(self, rows: tuple[int, ...]) -> list[Layout]:
         found = [self._layouts.of(self.font, row) for row in rows]
         return found * len(found[0].row.glyph_ids) if self.shared else found
+
+
+def _largest(fits: Callable[[Array], bool], box: Array, larger: Array) -> Array:
+    """The largest box that fits between a box that does and a larger one."""
+    if fits(larger):
+        return larger
+    near, far = 0.0, 1.0
+    for _ in range(HALVINGS):
+        middle = (near + far) / 2
+        near, far = (middle, far) if fits(box + middle * (larger - box)) else (near, middle)
+    return box + near * (larger - box)
 
 
 def _composition(
