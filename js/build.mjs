@@ -30,7 +30,9 @@ const ownFields = `session drawing layout positions inFlight waiting gestures ch
   vectors chains scalarsOf holds actions chosen placeOf word evaluate grab underline settle setWord
   resetAll setValues togglePin zoomStep lockIcon controls onAnswer onIdle expire typing previous
   selected write element position letters begin hover stale better tether request pressed pixel follow visible
-  animation release`.split(/\s+/);
+  animation release bounds beyond toFont changed unpin overlay dragging busy announce onmove
+  ending toggleLock resizes predict setShared setLocked gamma flush slopes sentAt saving lower upper pull press home cost slope active weight
+  clock past future version missing columns advances parts constant side miss carry`.split(/\s+/);
 
 async function bundle(entry) {
   const { outputFiles } = await build({
@@ -39,7 +41,7 @@ async function bundle(entry) {
     format: "esm",
     minify: true,
     mangleProps: new RegExp(`^(${ownFields.join("|")})$`),
-    target: "es2020",
+    target: "es2022",
     charset: "utf8",
     write: false,
     logLevel: "warning",

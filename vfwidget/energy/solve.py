@@ -68,9 +68,7 @@ def solve(
         descent may have ended in a local minimum. Default 8. Another result is taken only if it
         meets a goal that was missed, or if it misses goals by at least 0.5 font units less and
         moves no outline point by more than 2 % of the em. A better result farther away is left in
-        ``solution.elsewhere``. Where the first descent ends at a location at which glyphs change,
-        it goes on beyond if that costs less (``solution.boundaries``). With 0 the text keeps its
-        glyphs.
+        ``solution.elsewhere``.
     restart_seconds : float, optional
         Restarts, and descents beyond locations at which glyphs change, end this many seconds
         after the call, and the best result so far is kept. Default: no limit, so that a solve
@@ -79,6 +77,8 @@ def solve(
     Returns
     -------
     Solution
+        Where a descent ends at a location at which glyphs change, it goes on beyond if that costs
+        less; ``solution.boundaries`` lists these locations.
 
     Raises
     ------
@@ -115,9 +115,7 @@ def solve(
         return descend(energy, x, tolerances, max_iterations, deadline=until)
 
     best = along_planes(energy, run(energy, energy.unknowns.start), run)
-    boundaries: list[Boundary] = []
-    if restarts > 0:
-        energy, best, boundaries = cross(energy, best, run_until, until)
+    energy, best, boundaries = cross(energy, best, run_until, until)
     elsewhere = None
     if restarts > 0 and best.missed:
         # From far away stiff terms make narrow, curved valleys, so they are added near the end.

@@ -96,7 +96,7 @@ class Slots:
         """Limits of γ, (m,) each, over a box between lower and upper, (n,) each."""
         ends = np.sort([self._pieces(side)[0] for side in (lower, upper)], axis=0)
         peak = self.sides[..., 1]
-        passed = (self._read(lower) <= peak) & (peak <= self._read(upper)) & self.used
+        passed = (lower[self.axis] <= peak) & (peak <= upper[self.axis]) & self.used
         # φ rises to its peak and falls after it.
         return ends[0].prod(-1), np.where(passed, 1.0, ends[1]).prod(-1)
 

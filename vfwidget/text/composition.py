@@ -157,7 +157,6 @@ class Composition:
         clusters = [row.clusters for row in self.settings.rows]
         return np.array([i if own == clusters[0] else 0 for i, own in enumerate(clusters)])
 
-
     def _box_within(self, w: Array, displacement: Displaced) -> Array:
         """A box (2, n) around w (n,) whose final coordinates stay in one box of the settings."""
         final = displacement.value(w)

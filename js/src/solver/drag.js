@@ -1,4 +1,5 @@
 /** The energy of one drag (Sec. 5.1) and its minimum, which the view draws before the kernel has answered. No DOM. */
+import { nearest } from "../word/cubics.js";
 import { coordinates, denormalize, Layout } from "../word/forward.js";
 import { END, Positions } from "../word/positions.js";
 import { add } from "./box.js";
@@ -17,6 +18,8 @@ const CALM = 0.001;
 /** A goal nearer than this, in font units, counts as met. */
 const MET = 0.5;
 const ITERATIONS = 200;
+/** How near the solver comes to an edge at which glyphs change, in normalized units. */
+const GAP = 1e-9;
 /** Milliseconds that a solve may take while the pointer moves: the next move goes on from there. */
 export const PATIENCE = 8;
 
@@ -31,54 +34,114 @@ export class Drag {
    * @param {import("./terms.js").Constraint[]} [wishes.constraints]
    */
   constructor(word, axes, { handle = null, pins = [], locks = [], constraints = [] }) {
-    const shared = !Array.isArray(axes), vectors = shared ? [axes] : axes, n = word.axes.length;
+    const vectors = Array.isArray(axes) ? axes : [axes], n = word.axes.length;
     this.word = word;
     this.press = axes;
-    /** @type {(Handle | typeof END)[]} */
     const points = [handle ?? END, ...pins], firsts = constraints.map(({ kind, handles }) => points.push(...(kind === "Width" ? [END] : handles)));
-    this.positions = new Positions(word, new Layout(word).evaluate(axes).row, points, shared);
-    const home = new Float64Array(this.positions.size);
+    const home = new Float64Array(vectors.length * n);
     vectors.forEach((values, v) => coordinates(word, values, home.subarray(v * n, (v + 1) * n)));
     this.home = this.x = home;
-    const { x, y } = this.positions.evaluate(home);
+    const locked = new Set(locks);
+    const bound = (/** @type {"minimum" | "maximum"} */ end) => home.map((w, i) => {
+      const axis = word.axes[i % n];
+      return locked.has(axis.tag) ? w : coordinates({ ...word, axes: [axis] }, { [axis.tag]: axis[end] }, new Float64Array(1))[0];
+    });
+    this.bounds = { lower: bound("minimum"), upper: bound("maximum") };
+    /** The points on each row of glyphs that a drag has come to. @type {Map<string, (Handle | typeof END | null)[]>} */
+    this.carried = new Map();
+    this.side = this.at(home, points);
+    this.carried.set(this.side.layout.key, points);
+    const { x, y } = this.side.positions.evaluate(home);
     this.held = pins.map((_, i) => pin(i + 1, [x[i + 1], y[i + 1]]));
     constraints.forEach((constraint, i) => {
       const count = constraint.kind === "Width" ? 1 : constraint.handles.length;
       this.held.push(constraintTerm(constraint, firsts[i] - count));
     });
-    const locked = new Set(locks), kinks = this.positions.kinks();
-    const bound = (/** @type {"minimum" | "maximum"} */ end) => home.map((w, i) => {
-      const axis = word.axes[i % n];
-      return locked.has(axis.tag) ? w : coordinates({ ...word, axes: [axis] }, { [axis.tag]: axis[end] }, new Float64Array(1))[0];
+  }
+
+  /**
+   * Points on the row of glyphs at a place, and the box around it in which the word has that row.
+   * @private @param {Float64Array} theta @param {(Handle | typeof END)[]} points
+   */
+  at(theta, points) {
+    const { word, press, home } = this, n = word.axes.length, layout = new Layout(word).evaluate(this.values(theta));
+    const positions = new Positions(word, layout.row, points, !Array.isArray(press)), kinks = positions.kinks();
+    const lower = this.bounds.lower.slice(), upper = this.bounds.upper.slice();
+    // Where axes move others, the edges lie in other coordinates.
+    if (!word.final) theta.forEach((w, i) => {
+      for (const edge of word.settings.edges[i % n]) {
+        if (edge < w) lower[i] = Math.max(lower[i], edge + GAP);
+        else upper[i] = Math.min(upper[i], edge - GAP);
+      }
     });
-    this.problem = {
-      lower: bound("minimum"), upper: bound("maximum"), kinks: Array.from(home, (_, i) => kinks[i % n]),
-      pull: (CALM * word.unitsPerEm) ** 2, home,
+    return {
+      layout, points, positions, home, lower, upper,
+      kinks: Array.from(home, (_, i) => kinks[i % n]), pull: (CALM * word.unitsPerEm) ** 2,
     };
   }
 
   /**
+   * The same points beyond a side of the box: on the same curve where both glyphs have the same contours, else the
+   * nearest of the outline. Null where the letters are others.
+   * @private @param {ReturnType<Drag["at"]>} side @param {Float64Array} theta
+   */
+  beyond({ layout: near, points }, theta) {
+    const far = new Layout(this.word).evaluate(this.values(theta));
+    near.evaluate(this.axes);
+    const carried = this.carried.get(far.key) ?? points.map((point) => {
+      const letter = +point[0], glyph = far.glyphs[letter];
+      if (point === END || String(glyph.contours) === String(near.glyphs[letter].contours)) return point;
+      const [x, y] = near.position(/** @type {Handle} */ (point));
+      const only = { points: [far.points[letter]], glyphs: [glyph], x: [0], y: [0], position: () => [0, 0] };
+      const found = nearest(/** @type {any} */ (only), x - near.x[letter], y - near.y[letter]);
+      return found && /** @type {Handle} */ ([letter, found.contour, found.segment, found.t]);
+    });
+    this.carried.set(far.key, carried);
+    return String(far.row.clusters) !== String(near.row.clusters) || carried.includes(null) ? null : this.at(theta, /** @type {Handle[]} */ (carried));
+  }
+
+  /**
    * Drags the point to a place, or without one meets the constraints. Each call starts where the last one ended, and
-   * prefers places near the press.
+   * prefers places near the press. Where it ends at a side of the box in which the letters have their glyphs, it goes on
+   * beyond if that is better.
    * @param {[number, number] | null} place @param {number} [milliseconds] at most, by default as long as it takes
    * @returns {Place}
    */
   to(place, milliseconds) {
     const terms = place ? [target(0, place), ...this.held] : this.held;
-    const evaluate = (/** @type {Float64Array} */ theta) => rows(terms, this.positions.evaluate(theta));
-    const { x, active, cost } = minimise({ ...this.problem, evaluate }, this.x, ITERATIONS, milliseconds);
-    this.x = x;
-    this.cost = cost;
-    this.positions.evaluate(x);
-    const missing = Math.max(0, ...terms.map((term) => term.miss(term.rows(this.positions.x, this.positions.y).map((row) => row.value))));
-    const n = this.word.axes.length;
-    const held = Array.from(active, (end, i) => ({ axis: i % n, letter: Math.floor(i / n), end })).filter(({ end }) => end !== 0);
+    const solve = (/** @type {ReturnType<Drag["at"]>} */ side, /** @type {Float64Array} */ start) => {
+      const evaluate = (/** @type {Float64Array} */ theta) => rows(terms, side.positions.evaluate(theta));
+      return { side, ...minimise({ ...side, evaluate }, start, ITERATIONS, milliseconds) };
+    };
+    let best = solve(this.side, this.x), from;
+    // Whether a bound of the box is one of the axis, too.
+    const ends = (/** @type {number} */ end, /** @type {number} */ i) => (end < 0
+      ? best.side.lower[i] === this.bounds.lower[i] : best.side.upper[i] === this.bounds.upper[i]);
+    do {
+      from = best;
+      this.x = best.x;
+      from.active.forEach((end, i) => {
+        if (!end || best !== from || ends(end, i)) return;
+        const start = from.x.map((v, j) => (j === i ? v + 2 * end * GAP : v)), side = this.beyond(from.side, start), other = side && solve(side, start);
+        if (other && other.cost < best.cost) best = other;
+      });
+    } while (best !== from);
+    const { active, side } = best, n = this.word.axes.length;
+    this.side = side;
+    this.cost = best.cost;
+    const { x, y } = side.positions.evaluate(this.x), missing = Math.max(0, ...terms.map((term) => term.miss(term.rows(x, y).map((row) => row.value))));
+    const held = Array.from(active, (end, i) => ({ axis: i % n, letter: Math.floor(i / n), end })).filter(({ end }, i) => end && ends(end, i));
     return { axes: this.axes, met: missing <= MET, missing, held: /** @type {Place["held"]} */ (held) };
   }
 
   /** User values at the present place; an axis that has not moved keeps its value to the last digit. */
   get axes() {
-    const { word, press, home, x } = this, n = word.axes.length;
+    return this.values(this.x);
+  }
+
+  /** @private @param {Float64Array} x */
+  values(x) {
+    const { word, press, home } = this, n = word.axes.length;
     const vector = (/** @type {Values} */ values, /** @type {number} */ v) => Object.fromEntries(word.axes.map((axis, i) => {
       const at = v * n + i;
       return [axis.tag, x[at] === home[at] ? values[axis.tag] ?? axis.default : denormalize(axis, x[at])];

@@ -4,7 +4,7 @@ import { minimiseInBox } from "../../src/solver/box.js";
 import { Drag } from "../../src/solver/drag.js";
 import { decodeWord } from "../../src/word/decode.js";
 import { Layout } from "../../src/word/forward.js";
-import { rawWord } from "../oil.js";
+import { oneRow, rawWord } from "../oil.js";
 
 const word = decodeWord(rawWord());
 const position = (axes, handle) => new Layout(word).evaluate(axes).position(handle);
@@ -69,4 +69,25 @@ test("with axes for each letter, letters after the dragged one stay", () => {
   const { axes: found } = new Drag(word, axes, { handle }).to([x + 50, y]);
   assert.deepEqual(found[2], axes[2]);
   assert.notDeepEqual(found[1], axes[1]);
+});
+
+test("a drag goes on beyond a boundary with the point carried to the other glyph, and comes back", () => {
+  const [first, second] = [[0, 1, 1], [0, 1, 0]].map((order) => oneRow(order).rows[0]);
+  const edge = 0.5 + 0.5 / 16384, settings = { edges: [[edge], []], cells: [0, 1] };
+  const swapping = decodeWord({ ...rawWord(), offsets: [], rows: [first, second], settings });
+  const handle = [2, 0, 1, 0.5], axes = { wght: 400, wdth: 100 }, layout = new Layout(swapping);
+  const start = layout.evaluate(axes).position(handle), drag = new Drag(swapping, axes, { handle });
+  const inside = drag.to([start[0] + 20, start[1]]);
+  assert.ok(inside.met && inside.axes.wght < 650);
+  // The right side of the second glyph, a ring, is where the first one never comes.
+  const far = layout.evaluate({ wght: 800, wdth: 100 }).position([2, 0, 0, 0]);
+  const beyond = drag.to(far), cost = drag.cost;
+  assert.ok(beyond.axes.wght > 650);
+  assert.equal(layout.evaluate(beyond.axes).row, swapping.rows[1]);
+  const confined = new Drag({ ...swapping, settings: { edges: [[], []], cells: [0] } }, axes, { handle, locks: ["wght"] });
+  confined.to(far);
+  assert.ok(cost < confined.cost);
+  const back = drag.to([start[0] + 20, start[1]]);
+  assert.ok(back.met && Math.abs(back.axes.wght - inside.axes.wght) < 1);
+  assert.deepEqual(back.held, []);
 });
