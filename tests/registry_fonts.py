@@ -1,4 +1,4 @@
-"""Fonts of many scripts for slow tests, from the registry that npm is set up with.
+"""Fonts of many scripts and a player for slow tests, from the registry that npm is set up with.
 
 ``tests/registry/package.json`` names them. They are installed when a test first asks for one, and
 the tests are skipped where that is not possible.
@@ -109,19 +109,20 @@ def words(file: str) -> list[str]:
 
 
 @functools.cache
-def _installed() -> Path:
-    folder = FOLDER / "node_modules" / "@fontsource-variable"
+def package(name: str) -> Path:
+    """The folder of a package that ``tests/registry/package.json`` names."""
+    folder = FOLDER / "node_modules" / name
     if not folder.is_dir():
         npm = shutil.which("npm")
         if npm is None:
-            pytest.skip("npm, which fetches the fonts of this test, is not installed")
+            pytest.skip(f"npm, which fetches {name} for this test, is not installed")
         done = subprocess.run([npm, "ci"], cwd=FOLDER, capture_output=True, text=True)
         if done.returncode:
-            pytest.skip(f"npm could not fetch the fonts of this test: {done.stderr[-200:]}")
+            pytest.skip(f"npm could not fetch {name} for this test: {done.stderr[-200:]}")
     return folder
 
 
 def path(file: str) -> Path:
     """The file of a font in ``FILES``."""
-    package, name = file.split("/")
-    return _installed() / package / "files" / f"{name}.woff2"
+    font, name = file.split("/")
+    return package("@fontsource-variable") / font / "files" / f"{name}.woff2"

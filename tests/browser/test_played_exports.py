@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import shutil
-import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,6 @@ EM = 100
 """Pixels of an em."""
 SCALE = 4
 """Pixels of the screen for each pixel of the page, so that half a pixel can be seen."""
-REGISTRY = Path(__file__).parents[1] / "registry"
 CSS = f"e => {{ e.style.cssText = 'position: absolute; left: 0; top: 0; font-size: {EM}px' }}"
 """Puts an element into the corner of a page."""
 
@@ -208,11 +206,7 @@ def test_the_animated_svg_draws_the_frames(open_page: Callable[..., Any], tmp_pa
 def test_the_lottie_drawn_by_a_player_agrees_with_the_frames(
     open_page: Callable[..., Any], tmp_path: Path
 ) -> None:
-    player = REGISTRY / "node_modules" / "lottie-web" / "build" / "player" / "lottie_svg.min.js"
-    if not player.is_file():
-        npm = shutil.which("npm")
-        if npm is None or subprocess.run([npm, "ci"], cwd=REGISTRY, capture_output=True).returncode:
-            pytest.skip("npm could not fetch the player of this test")
+    player = registry_fonts.package("lottie-web") / "build" / "player" / "lottie_svg.min.js"
     animation = film()
     data = animation.to_lottie()
     (tmp_path / "page.html").write_text(

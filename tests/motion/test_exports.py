@@ -231,6 +231,13 @@ def test_colour_glyphs_are_left_to_browsers() -> None:
     assert animation.to_html() and vf.Player(animation)._picture.bundle()
 
 
+def test_too_many_images_are_refused_before_any_is_drawn() -> None:
+    text = vf.Text("dynapuff", "h")
+    long = vf.Animation(text, [0, 1e6], np.repeat(text.theta.numpy()[None], 2, axis=0))
+    with pytest.raises(vf.MotionError, match="25,000,001 images"):
+        long.to_gif()
+
+
 @pytest.mark.parametrize(
     ("kind", "options", "message"),
     [

@@ -16,6 +16,8 @@ from .tracks import Box, outlines
 
 FPS = (0.01, 1000.0)
 """Least and most frames per second; no screen shows more."""
+MOST_FRAMES = 100_000
+"""Images of one export: almost half an hour at 60 frames per second."""
 
 
 def frame_numbers(animation: Any, fps: float) -> list[int]:
@@ -24,11 +26,17 @@ def frame_numbers(animation: Any, fps: float) -> list[int]:
     Raises
     ------
     MotionError
-        ``fps`` is not a number between 0.01 and 1000.
+        ``fps`` is not a number between 0.01 and 1000, or asks for more than 100,000 images.
     """
     fps = read_number("fps", fps, *FPS, open_below=False)
     times = animation.times - animation.times[0]
-    wanted = np.arange(round(animation.duration * fps) + 1) / fps
+    count = round(animation.duration * fps) + 1
+    if count > MOST_FRAMES:
+        raise MotionError(
+            f"fps={fps:g} asks for {count:,} images; there may be {MOST_FRAMES:,}. Pass a smaller "
+            "fps, or a slice of the animation."
+        )
+    wanted = np.arange(count) / fps
     middles = (times[1:] + times[:-1]) / 2
     return [int(i) for i in np.searchsorted(middles, wanted)]
 
