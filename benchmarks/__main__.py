@@ -16,6 +16,7 @@ NAMES = (
     "study",
     "reach",
     "overlap",
+    "motion",
     "raster",
     "recovery",
     "fit",

@@ -19,6 +19,7 @@ LONG = {
     "07-least-squares-in-axis-space",
     "08-direct-manipulation",
     "09-collisions",
+    "10-kinetic-typography",
     "11-raster-font-matching",
     "12-settings-and-shaping",
 }

@@ -14,6 +14,7 @@ from ..energy import Term, solve
 from ..errors import MotionError
 from ..text import Text
 from ..text.place import AXES, OFFSETS
+from .diagnostics import Diagnostics
 from .exports import Exports
 from .keyframes import Easing, check_same, read_delays, read_easing, read_keyframes, transitions
 from .numbers import read_count, read_number
@@ -22,7 +23,7 @@ Scenery = Sequence[Sequence[Array]]
 """For each frame, the closed contours (s, 4, 2) of the obstacles, in font units."""
 
 
-class Animation(Exports):
+class Animation(Diagnostics, Exports):
     """One text at T times; it is immutable.
 
     :func:`~vfwidget.simulate` and :meth:`from_keyframes` make animations.

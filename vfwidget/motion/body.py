@@ -20,6 +20,7 @@ import numpy as np
 
 from ..arrays import Array, IntArray
 from ..text import Text
+from ..text.memo import Memo
 from ..text.place import AXES, OFFSETS
 from ..text.points import AffinePoints, PointSet
 
@@ -61,7 +62,8 @@ class Body:
         self.points = text.point_set()
         self.free = (AXES, OFFSETS) if positions else (AXES,)
         self.controls = self.word.contours.segments
-        self._latest: tuple[bytes, Array] | None = None
+        self._positions: Memo[Array] = Memo()
+        self._reduced: Memo[Array] = Memo()
         ends = self.word.first_point
         self.slices = [slice(a, b) for a, b in pairwise(ends)]
         self._roots = np.sqrt(self._masses(mass))
@@ -130,10 +132,7 @@ class Body:
 
     def positions(self, place: Mapping[str, Array]) -> Array:
         """All control points at a place, (K, 2)."""
-        key = _key(place)
-        if self._latest is None or self._latest[0] != key:
-            self._latest = key, self.points.positions(place)
-        return self._latest[1]
+        return self._positions.get(_key(place), lambda: self.points.positions(place))
 
     def some(self, index: IntArray) -> Some:
         """Some of the control points, to be evaluated by themselves."""
@@ -147,6 +146,9 @@ class Body:
 
     def reduced_at(self, place: Mapping[str, Array]) -> Array:
         """The reduced coordinates (r,) at a place."""
+        return self._reduced.get(_key(place), lambda: self._reduced_at(place))
+
+    def _reduced_at(self, place: Mapping[str, Array]) -> Array:
         if self._deltas is None:
             return self.reduced(self.positions(place))
         gamma = self.word.regions.scalars(place[AXES])
@@ -207,6 +209,7 @@ class Some:
 
     def __init__(self, points: PointSet, index: IntArray) -> None:
         self._points, self._index = points, index
+        self._latest: Memo[Array] = Memo()
         if isinstance(points, AffinePoints):
             names = ("letter", "origin", "base", "deltas")
             self._points = replace(points, **{n: getattr(points, n)[index] for n in names})
@@ -214,8 +217,7 @@ class Some:
 
     def positions(self, place: Mapping[str, Array]) -> Array:
         """Positions (p, 2)."""
-        found: Array = self._points.positions(place)[self._index]
-        return found
+        return self._latest.get(_key(place), lambda: self._points.positions(place)[self._index])
 
     def moves(self, place: Mapping[str, Array]) -> Array:
         """Derivative by the axes, (p, 2, p · n)."""

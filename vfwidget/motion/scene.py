@@ -12,7 +12,7 @@ from ..errors import MotionError, OverlapError
 from ..outline.monotone import coefficients, evaluate
 from ..outline.union import without_overlaps
 from ..overlap.contacts import SAMPLES, sampled
-from ..overlap.gaps import Outlines
+from ..overlap.gaps import Gaps, Outlines
 from ..overlap.shape import Shape, letters, read_obstacles
 from ..text import Text
 
@@ -44,12 +44,24 @@ class Scene:
         self._known: dict[float, tuple[Outlines, Array, tuple[Array, ...]]] = {}
         self._shapes: list[Shape] = []
         self._outlines: Outlines | None = None
+        self._gaps: dict[tuple[int, bytes], tuple[float, Gaps]] = {}
         self.at(0.0)
         self.stroke = np.array([_stroke(shape) for shape in (*self._letters, *self._shapes)])
 
     def at(self, time: float) -> tuple[Outlines, Array]:
         """All outlines, and the segments (S', 4, 2) of the obstacles, at a time in seconds."""
         return self._at(time)[:2]
+
+    def gaps(self, outlines: Outlines, segments: Array, reach: float) -> Gaps:
+        """The gaps between outlines that are smaller than ``reach``; the latest ones are kept."""
+        key = id(outlines), segments.tobytes()
+        known = self._gaps.get(key)
+        if known is None or known[0] < reach:
+            if len(self._gaps) > 4:
+                self._gaps.clear()
+            self._gaps[key] = known = reach, outlines.gaps(segments, reach)
+        found = known[1]
+        return found if known[0] == reach else found.some(abs(found.gap) < reach)
 
     def given(self, time: float) -> Any:
         """The obstacles as the caller gives them."""

@@ -26,10 +26,8 @@ from .inputs import (
 from .numbers import read_count, read_number
 from .scene import Scene
 from .start import apart
-from .steps import Laws, State, Stepper
+from .steps import NEARBY, Laws, State, Stepper
 
-PROBE = 20.0
-"""Font units: depth up to which the penetration of a frame is measured."""
 SLOW, PATIENCE = 5e-3, 0.5
 """A text that moves by less than so many em a second for so many seconds falls asleep."""
 FARTHEST = 1e7
@@ -266,7 +264,8 @@ class _Run:
         acceleration, rest = self.outside.at(time)
         points = self.body.positions(place)
         outlines, obstacles = self.scene.at(time)
-        gaps = outlines.gaps(np.concatenate([points[self.body.controls], obstacles]), PROBE)
+        segments = np.concatenate([points[self.body.controls], obstacles])
+        gaps = self.scene.gaps(outlines, segments, NEARBY)
         deepest = max(0.0, -float(gaps.gap.min(initial=0.0)))
         stretch = self.laws.stiffness * (place[AXES] - rest) ** 2
         energy = (

@@ -27,7 +27,7 @@ from ..solver.problem import Tolerances
 from ..text.place import AXES, OFFSETS, Place
 from .body import Body
 from .scene import Scene
-from .terms import STIFFNESS, Contact, Friction, Inertia, Springs, Touches
+from .terms import SLIP, STIFFNESS, Contact, Friction, Inertia, Springs, Touches
 
 TOLERANCES = Tolerances(step=1e-10, absolute_cost=1e-8, relative_cost=1e-13)
 MOST_STEPS = 40
@@ -212,19 +212,22 @@ class _Step:
         found = descend(energy, begin, TOLERANCES, MOST_STEPS, scale_by_columns=True)
         return Place(energy.unknowns.place(found.state.x))
 
+    def _gaps(self, segments: Array, reach: float) -> Gaps:
+        return self.scene.gaps(self.outlines, segments, reach)
+
     def _segments(self, place: Mapping[str, Array], obstacles: Array) -> Array:
         return np.concatenate([self.body.positions(place)[self.body.controls], obstacles])
 
     def taken(self, bounce: bool) -> tuple[State, float]:
         """The state after the step, and its duration; 0 for an impact."""
-        near = self.outlines.gaps(self.now, self.reach)
+        near = self._gaps(self.now, self.reach)
         if not len(near.gap):
             return self._moved(self.free), self.h
         part = self._part(near)
         self.longest = part * self.h
         if part < 1 and self.laws.substeps is None:
             self._last(max(0.9 * part * self.h, self.laws.frame / MOST_CUTS))
-        ahead = self.outlines.gaps(self._segments(self.free, self.later), self.reach)
+        ahead = self._gaps(self._segments(self.free, self.later), self.reach)
         inside = ahead.some(ahead.gap < 0)
         if not len(inside.gap):
             return self._moved(self.free), self.h
@@ -266,24 +269,25 @@ class _Step:
         terms, place, touches = self._motion(), self.free, self._touches(self.free, self.reach)
         for _ in range(MOST_ROUNDS):
             place = self._solve([*terms, Contact(touches)], place)
-            found = self._touches(place, min(self.reach, NEARBY))
+            found = self._touches(place, NEARBY)
             if found.gaps.gap.min(initial=0.0) > -DEEPEST:
                 break
             touches = found
         force = np.sqrt(STIFFNESS) * Contact(touches).residual_at(place)
         if self.laws.friction and force.any():
-            # Friction shifts letters by little, so the contacts are kept.
             pressed = np.flatnonzero(force > 0)
             rubbing = Touches(self.body, touches.gaps.some(pressed), self.later)
             start = self._relative(rubbing.gaps, self.now)
-            terms.append(Friction(rubbing, start, self.laws.friction * force[pressed]))
-            place = self._solve([*terms, Contact(touches)], place)
+            if abs(rubbing.relative(place) - start).max() > SLIP / 10:
+                # Friction shifts letters by little, so the contacts are kept.
+                terms.append(Friction(rubbing, start, self.laws.friction * force[pressed]))
+                place = self._solve([*terms, Contact(touches)], place)
         state = self._moved(place, self._letters_of(touches.gaps.some(force > 0)))
         return state if self.scene.moving else self._without_gain(state)
 
     def _touches(self, place: Mapping[str, Array], reach: float) -> Touches:
         """The contacts at a place at the end of the step."""
-        gaps = self.outlines.gaps(self._segments(place, self.later), reach)
+        gaps = self._gaps(self._segments(place, self.later), reach)
         return Touches(self.body, gaps, self.later)
 
     def _without_gain(self, state: State) -> State:
@@ -308,7 +312,7 @@ class _Step:
 
     def _reflected(self) -> State:
         """The state after an impact: the same place, with other velocities."""
-        gaps = self.outlines.gaps(self.now, 2 * CLOSE)
+        gaps = self._gaps(self.now, 2 * CLOSE)
         fastest = float(np.linalg.norm(self.moved, axis=2).max())
         moment = IMPACT * self.h / max(fastest, 1e-9)
         obstacles = self.obstacles

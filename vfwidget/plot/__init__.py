@@ -11,6 +11,7 @@ something to stay readable, a line below it says so.
 
 from .axes import axis_effect, normalization
 from .instances import gallery
+from .motion import frames
 from .scaling import delta_sets, scalars, support
 from .settings import settings
 from .shapes import jacobian, layout, outline
@@ -18,6 +19,7 @@ from .shapes import jacobian, layout, outline
 __all__ = [
     "axis_effect",
     "delta_sets",
+    "frames",
     "gallery",
     "jacobian",
     "layout",

@@ -27,7 +27,7 @@ PALE = {"facecolor": GREY, "alpha": 0.35, "linewidth": 0}
 """Style of an outline in the background."""
 MARGIN = 0.05
 """Margin around a drawing, as a share of its size."""
-PANEL = 4.2, 3.5
+PANEL, SMALL_PANEL = (4.2, 3.5), (2.0, 2.4)
 MIN_WIDTH = 6.5
 """Sizes in inches; a narrower figure would leave no room for its title."""
 
@@ -63,7 +63,9 @@ def around(ax: Axes | None, points: Array, beside: float = 0, most: Any = (12, 4
     return ax
 
 
-def panels(ax: Axes | None, count: int, **subplot: Any) -> tuple[SubFigure, Panels]:
+def panels(
+    ax: Axes | None, count: int, columns: int | None = None, **subplot: Any
+) -> tuple[SubFigure, Panels]:
     """Return panels in a new figure or in place of an Axes, and the subfigure that holds them.
 
     Parameters
@@ -72,6 +74,8 @@ def panels(ax: Axes | None, count: int, **subplot: Any) -> tuple[SubFigure, Pane
         The panels are drawn in place of this Axes; a new figure if None.
     count : int
         Number of panels.
+    columns : int, optional
+        Number of panels in a row; they are smaller then. Default: 2 or 3.
     **subplot
         Arguments of ``Figure.add_subplot``.
 
@@ -80,10 +84,11 @@ def panels(ax: Axes | None, count: int, **subplot: Any) -> tuple[SubFigure, Pane
     VFWidgetError
         The Axes is not part of a grid made by ``plt.subplots``.
     """
-    columns = 2 if count == 4 else min(count, 3)
+    width, height = PANEL if columns is None else SMALL_PANEL
+    columns = columns or (2 if count == 4 else min(count, 3))
     rows = ceil(count / columns)
     # The panels also replace the empty Axes of a new figure.
-    ax = single(ax, (max(PANEL[0] * columns, MIN_WIDTH), PANEL[1] * rows + 1))
+    ax = single(ax, (max(width * columns, MIN_WIDTH), height * rows + 1))
     spec = ax.get_subplotspec()
     if spec is None:
         raise VFWidgetError(
