@@ -1,5 +1,5 @@
 /** The panel under the word: the letters, and a row for each axis. */
-import { html, icon } from "../view/dom.js";
+import { attr, html, icon } from "../view/dom.js";
 import { alike } from "../word/decode.js";
 
 /**
@@ -106,7 +106,7 @@ class Row {
 
   /** @param {boolean} locked */
   setLocked(locked) {
-    this.lock.setAttribute("aria-pressed", String(locked));
+    attr(this.lock, "aria-pressed", locked);
     this.lockIcon.firstElementChild?.setAttribute("d", locked ? LOCK : OPEN);
   }
 
@@ -117,7 +117,7 @@ class Row {
     if (this.range.valueAsNumber !== value) this.range.value = String(value);
     this.range.style.setProperty("--vfw-low", String(Math.min(here, home)));
     this.range.style.setProperty("--vfw-high", String(Math.max(here, home)));
-    this.range.setAttribute("aria-valuetext", format(this.axis, value));
+    attr(this.range, "aria-valuetext", format(this.axis, value));
     if (!this.typing) this.number.value = format(this.axis, value);
     this.reset.disabled = value === this.axis.default;
   }
@@ -175,6 +175,6 @@ export class Controls {
     const hidden = this.rows.filter((row) => row.axis.hidden), moved = hidden.filter((row) => row.value !== row.axis.default);
     this.summary.textContent = `Hidden axes (${hidden.length}${moved.length > 0 ? `, ${moved.length} moved` : ""})`;
     this.letters.hidden = shared;
-    [...this.letters.children].forEach((chip, i) => chip.setAttribute("aria-pressed", String(i === selected)));
+    [...this.letters.children].forEach((chip, i) => attr(chip, "aria-pressed", String(i === selected)));
   }
 }

@@ -1,5 +1,5 @@
 /** One view of a model: the word, what edits it, the panel, and what is said about it all. */
-import { html } from "../view/dom.js";
+import { attr, html } from "../view/dom.js";
 import { Drag, PATIENCE } from "../solver/drag.js";
 import { Drawing } from "../view/drawing.js";
 import { conform } from "../word/decode.js";
@@ -86,7 +86,7 @@ export class Editor {
       html("div", { class: "vfw-bar" }, this.line, this.better, this.toolbar.element), this.bar.element, this.controls.element);
     this.root.addEventListener("keydown", this.guard((event) => this.shortcut(event)), { signal: this.ending.signal });
     for (const [name, value] of Object.entries({ tabindex: 0, role: "application", "data-lm-suppress-shortcuts": "true" })) {
-      this.drawing.svg.setAttribute(name, String(value));
+      attr(this.drawing.svg, name, value);
     }
 
     // The picture that a saved notebook shows is hidden while there is a live view.
@@ -163,7 +163,7 @@ export class Editor {
       controls.setWord(word);
       toolbar.setWord(word);
       this.family.textContent = word.family;
-      drawing.svg.setAttribute("aria-label", `${word.string} in ${word.family}. ${HINT} ${KEYS}`);
+      attr(drawing.svg, "aria-label", `${word.string} in ${word.family}. ${HINT} ${KEYS}`);
     }
     if (this.drawn !== session.version) {
       this.drawn = session.version;
@@ -175,7 +175,7 @@ export class Editor {
         shared: session.shared, pins: session.pins.length, steps: session.steps,
         moved: sets.some((values) => word.axes.some((axis) => values[axis.tag] !== axis.default)),
       });
-      this.root.setAttribute("data-theme", session.theme);
+      attr(this.root, "data-theme", session.theme);
       if (session.height === null) this.root.style.removeProperty("--vfw-height");
       else this.root.style.setProperty("--vfw-height", `${session.height}px`);
       this.root.toggleAttribute("data-height", session.height !== null);
@@ -208,7 +208,7 @@ export class Editor {
       underline: session.shared || !(i in layout.x) ? null
         : [layout.x[i], layout.x[i] + layout.advance[i], layout.bottom(i) - 0.07 * layout.word.unitsPerEm],
     });
-    drawing.svg.setAttribute("data-over", grab ? "drag" : gestures.hover ? (gestures.hover.pin >= 0 ? "pin" : "outline") : "");
+    attr(drawing.svg, "data-over", grab ? "drag" : gestures.hover ? (gestures.hover.pin >= 0 ? "pin" : "outline") : "");
   }
 
   /** Puts the most pressing of what there is to say on the status line. @private */
@@ -217,7 +217,7 @@ export class Editor {
     const { kind, text } = error ? { kind: "error", text: error }
       : problems.size > 0 ? { kind: "error", text: [...problems.values()].join("\n") }
         : this.status;
-    this.line.setAttribute("data-status", kind);
+    attr(this.line, "data-status", kind);
     const words = text || HINT;
     if (this.line.textContent !== words) this.line.textContent = this.line.title = words;
   }

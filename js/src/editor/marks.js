@@ -1,5 +1,5 @@
 /** What editing draws over a word: the handle, the line to a target out of reach, pins, the selection. */
-import { svg } from "../view/dom.js";
+import { attr, svg } from "../view/dom.js";
 
 /** Sizes in pixels: marks keep theirs whatever the zoom. */
 const HANDLE = 5.5, PIN = 6.5;
@@ -27,11 +27,11 @@ export class Marks {
    * @param {[number, number, number] | null} state.underline left, right, y
    */
   show({ pixel, handle, mode, tether, pins, constraints, underline }) {
-    this.constraints.setAttribute("d", constraints.map((points) =>
+    attr(this.constraints, "d", constraints.map((points) =>
       points.map(([x, y], i) => `${i ? "L" : "M"}${x} ${-y}`).join("")).join(""));
     const on = tether !== null && handle !== null;
     place(this.handle, handle, { r: HANDLE * pixel });
-    this.handle.setAttribute("data-mode", mode);
+    attr(this.handle, "data-mode", mode);
     place(this.target, on ? tether : null, { r: 2.5 * pixel });
     line(this.tether, on ? [handle[0], handle[1], tether[0], tether[1]] : null);
     line(this.underline, underline ? [underline[0], underline[2], underline[1], underline[2]] : null);
@@ -39,8 +39,8 @@ export class Marks {
     while (this.pins.children.length < pins.length) this.pins.append(pin());
     pins.forEach(({ at, index, hot }, i) => {
       const mark = this.pins.children[i];
-      mark.setAttribute("transform", `translate(${at[0]} ${-at[1]}) scale(${pixel})`);
-      mark.setAttribute("data-pin", String(index));
+      attr(mark, "transform", `translate(${at[0]} ${-at[1]}) scale(${pixel})`);
+      attr(mark, "data-pin", index);
       mark.toggleAttribute("data-hot", hot);
     });
   }
@@ -56,18 +56,18 @@ function pin() {
 function place(circle, at, more) {
   toggle(circle, at !== null);
   if (at === null) return;
-  for (const [name, value] of Object.entries({ cx: at[0], cy: -at[1], ...more })) circle.setAttribute(name, String(value));
+  for (const [name, value] of Object.entries({ cx: at[0], cy: -at[1], ...more })) attr(circle, name, value);
 }
 
 /** @param {SVGElement} element @param {number[] | null} ends x1, y1, x2, y2, y up */
 function line(element, ends) {
   toggle(element, ends !== null);
   if (ends === null) return;
-  ["x1", "y1", "x2", "y2"].forEach((name, i) => element.setAttribute(name, String(i % 2 ? -ends[i] : ends[i])));
+  ["x1", "y1", "x2", "y2"].forEach((name, i) => attr(element, name, String(i % 2 ? -ends[i] : ends[i])));
 }
 
 /** @param {SVGElement} element @param {boolean} on */
 function toggle(element, on) {
   if (on) element.removeAttribute("display");
-  else element.setAttribute("display", "none");
+  else attr(element, "display", "none");
 }

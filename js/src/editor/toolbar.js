@@ -1,5 +1,5 @@
 /** The buttons of an editor: history, the whole word, and the window. */
-import { html, icon } from "../view/dom.js";
+import { attr, html, icon } from "../view/dom.js";
 
 /**
  * @typedef {object} Actions
@@ -77,7 +77,7 @@ export class Toolbar {
     this.reset.disabled = !moved;
     // A button that is disabled loses the focus, and the keys for undo and redo with it.
     for (const [tool, count] of [[this.undo, steps[0]], [this.restart, steps[0]], [this.redo, steps[1]]]) {
-      /** @type {HTMLElement} */ (tool).setAttribute("aria-disabled", String(count === 0));
+      attr(/** @type {HTMLElement} */ (tool), "aria-disabled", count === 0);
     }
   }
 }

@@ -1,5 +1,5 @@
 /** The axes over time: one colour for each axis, one line for each axis vector, and a line at the present time. */
-import { html, svg } from "../view/dom.js";
+import { attr, html, svg } from "../view/dom.js";
 import { varying } from "./film.js";
 
 const WIDTH = 300, HEIGHT = 60;
@@ -58,8 +58,8 @@ export class Curves {
   /** @param {number} time @param {number} frame */
   show(time, frame) {
     const x = WIDTH * time / (this.film.duration || 1);
-    this.now.setAttribute("x1", String(x));
-    this.now.setAttribute("x2", String(x));
+    attr(this.now, "x1", x);
+    attr(this.now, "x2", x);
     const { axes, vectors } = this.film, n = this.word.axes.length;
     this.axes.forEach((axis, i) => {
       const all = Array.from({ length: vectors }, (_, v) => axes[(frame * vectors + v) * n + axis]);

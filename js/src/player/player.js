@@ -1,5 +1,5 @@
 /** One view of an animation: the picture, its controls, and the axes over time. It plays without a kernel. */
-import { html, icon } from "../view/dom.js";
+import { attr, html, icon } from "../view/dom.js";
 import { decodeWord } from "../word/decode.js";
 import { Curves } from "./curves.js";
 import { advanced, decodeFilm, frameAt } from "./film.js";
@@ -99,7 +99,7 @@ export class Player {
     });
     this.stage.replaceChildren(this.scene.element);
     this.below.replaceChildren(this.curves.element);
-    this.root.setAttribute("aria-label", `Animation of ${word.string}`);
+    attr(this.root, "aria-label", `Animation of ${word.string}`);
     this.slider.max = String(film.duration);
     this.time = Math.min(this.time, film.duration);
     this.say("");
@@ -119,7 +119,7 @@ export class Player {
       this.select(this.onion, value, String);
       this.draw();
     } else if (trait === "error") this.say(String(value ?? ""));
-    else if (trait === "theme") this.root.setAttribute("data-theme", String(value ?? "auto"));
+    else if (trait === "theme") attr(this.root, "data-theme", value ?? "auto");
     else if (trait === "height") {
       if (Number.isFinite(value)) this.root.style.setProperty("--vfw-height", `${value}px`);
       else this.root.style.removeProperty("--vfw-height");
@@ -156,7 +156,7 @@ export class Player {
     const began = playing && !this.playing;
     this.playing = playing && this.scene !== null;
     const label = this.playing ? "Pause" : "Play";
-    this.button.setAttribute("aria-label", label);
+    attr(this.button, "aria-label", label);
     this.button.title = `${label} (Space)`;
     this.button.replaceChildren(icon(this.playing ? PAUSE : PLAY));
     if (began && this.playing) {
@@ -196,7 +196,7 @@ export class Player {
     this.curves.show(this.time, frameAt(film, this.time));
     this.slider.value = String(this.time);
     this.clock.textContent = `${this.time.toFixed(2)} / ${film.duration.toFixed(2)} s`;
-    this.slider.setAttribute("aria-valuetext", `${this.time.toFixed(2)} seconds`);
+    attr(this.slider, "aria-valuetext", `${this.time.toFixed(2)} seconds`);
   }
 
   /** @private @param {KeyboardEvent} event */

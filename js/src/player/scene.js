@@ -1,7 +1,7 @@
 /** The picture: the letters at a time, those of a few frames before as outlines, and the obstacles. */
 import { layers } from "../view/colour.js";
 import { pathData } from "../view/drawing.js";
-import { svg } from "../view/dom.js";
+import { attr, svg } from "../view/dom.js";
 import { Layout } from "../word/forward.js";
 import { stateAt } from "./film.js";
 
@@ -29,7 +29,7 @@ export class Scene {
   /** @param {number} time seconds @param {number} onion how many earlier frames show */
   draw(time, onion) {
     const { film } = this, frame = this.place(this.letters, "vfw-letter", time);
-    this.obstacle.setAttribute("d", film.obstacles[film.scene[frame]] ?? "");
+    attr(this.obstacle, "d", film.obstacles[film.scene[frame]] ?? "");
     const earlier = Array.from({ length: onion }, (_, i) => frame - STEP * (i + 1)).filter((i) => i >= 0);
     while (this.ghosts.childElementCount > earlier.length) this.ghosts.lastElementChild?.remove();
     earlier.forEach((index, i) => {
@@ -48,11 +48,11 @@ export class Scene {
     for (let i = 0; i < count; i++) {
       if (!group.children[i]) group.append(svg("g", {}, svg("path", { class: name, "fill-rule": "nonzero" })));
       const letter = group.children[i], path = letter.children[0], turn = -(state.rotations[i] ?? 0) * 180 / Math.PI;
-      letter.setAttribute("transform", `translate(${round(layout.x[i])} ${round(-layout.y[i])}) rotate(${round(turn)})`);
-      path.setAttribute("d", pathData(layout, i));
+      attr(letter, "transform", `translate(${round(layout.x[i])} ${round(-layout.y[i])}) rotate(${round(turn)})`);
+      attr(path, "d", pathData(layout, i));
       // The outlines of the onion skin have no colours.
       const coloured = group === this.letters && layout.glyphs[i].layers.length > 0;
-      path.setAttribute("fill-opacity", coloured ? "0" : "1");
+      attr(path, "fill-opacity", coloured ? "0" : "1");
       letter.replaceChildren(path, ...(coloured ? layers(layout, i) : []));
     }
     return state.frame;

@@ -16,6 +16,9 @@ function fill(element, attributes, children) {
   return element;
 }
 
+/** Sets an attribute, of any type. @param {Element} element @param {string} name @param {any} value */
+export const attr = (element, name, value) => element.setAttribute(name, value);
+
 /**
  * @template {keyof HTMLElementTagNameMap} T
  * @param {T} tag @param {Record<string, any>} [attributes] @param {(Node | string)[]} children

@@ -3,7 +3,7 @@
  * whatever has a word and axis values can show it.
  */
 import { layers } from "./colour.js";
-import { svg } from "./dom.js";
+import { attr, svg } from "./dom.js";
 import { Layout } from "../word/forward.js";
 
 /** @typedef {{x: number, y: number, width: number, height: number}} Box  font units, y down as SVG has it */
@@ -86,10 +86,10 @@ export class Drawing {
     const colours = [];
     for (let i = 0; i < paths.length; i++) {
       const place = { transform: `translate(${round(this.layout.x[i])} ${round(-this.layout.y[i])})` };
-      paths[i].setAttribute("d", pathData(this.layout, i));
-      paths[i].setAttribute("transform", place.transform);
+      attr(paths[i], "d", pathData(this.layout, i));
+      attr(paths[i], "transform", place.transform);
       // A colour glyph is pressed by its own outline, which is not seen.
-      paths[i].setAttribute("fill-opacity", this.layout.glyphs[i].layers.length ? "0" : "1");
+      attr(paths[i], "fill-opacity", this.layout.glyphs[i].layers.length ? "0" : "1");
       colours.push(svg("g", place, ...layers(this.layout, i)));
     }
     this.colours.replaceChildren(...colours.filter((group) => group.childNodes.length));
@@ -116,7 +116,7 @@ export class Drawing {
   /** @param {Box} box */
   show(box) {
     this.window = box;
-    this.svg.setAttribute("viewBox", `${box.x} ${box.y} ${box.width} ${box.height}`);
+    attr(this.svg, "viewBox", `${box.x} ${box.y} ${box.width} ${box.height}`);
   }
 
   /** Pixels a font unit would take in a window. @private @param {Box} box */
