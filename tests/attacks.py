@@ -14,6 +14,7 @@ import os
 import random
 import resource
 import struct
+import sys
 import tempfile
 import threading
 import time
@@ -125,6 +126,59 @@ def font_mutants(count: int) -> Outcome:
 
     inputs = (mutated(rng.choice(seeds), rng) for _ in range(count))
     return Outcome("damaged fonts: TTF, WOFF, WOFF2").try_all(inputs, act)
+
+
+def mutated_table(data: bytes, rng: random.Random) -> bytes:
+    """A font file with some bytes of one of its tables changed, mostly of its header."""
+    changed = bytearray(data)
+    count = int.from_bytes(data[4:6], "big")
+    entry = 12 + 16 * rng.randrange(count)
+    at, size = struct.unpack(">LL", data[entry + 8 : entry + 16])
+    reach = rng.choice([16, 64, size])
+    for _ in range(rng.choice([1, 1, 2, 8])):
+        place = min(at + rng.randrange(max(1, min(size, reach))), len(changed) - 1)
+        changed[place] = rng.choice([0, 255, 1, 128, changed[place] ^ 1 << rng.randrange(8)])
+    return bytes(changed)
+
+
+def format_mutants(count: int) -> Outcome:
+    """Damaged tables of small fonts of every format, one table at a time, or the whole file."""
+    # The builders of fonts import one another by their plain names, as the tests do.
+    sys.path.append(str(Path(__file__).parent))
+    import formats
+
+    rng = random.Random(5)
+    builders = [*formats.VARIABLE.values(), formats.avar_2, formats.varc, formats.coloured]
+    builders += [formats.flat_colours, formats.with_mvar, formats.accented_cff]
+    seeds = [build() for build in builders]
+    seeds += [formats.with_vertical_metrics(vvar=True), formats.coloured(formats.add_avar_2)]
+    seeds += [formats.varc(formats.add_avar_2)]
+    whole = formats.collection(seeds[0], seeds[-1])
+
+    def act(data: bytes) -> None:
+        font = vf.load_font(data, static=True)
+        w = np.full(len(font.axes), 0.5)
+        values = font.denormalize(font.final_coordinates(w), final=True)
+        font.normalize(values), font.metrics(w), font.describe()
+        for name in rng.sample(font.glyph_names, min(len(font.glyph_names), 4)):
+            glyph = font.glyph(name)
+            glyph.points(w), glyph.jacobian(w), glyph.side_bearings(w)
+            if glyph.advance_height is not None:
+                glyph.vertical_advance(w)
+            for layer in glyph.layers:
+                layer.glyph.jacobian(w), layer.paint.at(w)
+        text = vf.Text(font, "ab")
+        text.points(), text.jacobian(), text.to_svg()
+
+    def inputs() -> Iterator[bytes]:
+        for i in range(count):
+            if i % 8 == 0:
+                yield mutated(rng.choice([*seeds, whole]), rng)
+            else:
+                yield mutated_table(rng.choice(seeds), rng)
+
+    attack = "damaged tables: CFF, CFF2, GLYF, avar 2, VARC, COLR, CPAL, MVAR, VVAR, TTC"
+    return Outcome(attack).try_all(inputs(), act)
 
 
 def _bundled(name: str) -> bytes:
@@ -312,6 +366,7 @@ def messages_from_four_threads(count: int) -> Outcome:
 
 ATTACKS: dict[Callable[[int], Outcome], int] = {
     font_mutants: 20_000,
+    format_mutants: 20_000,
     image_mutants: 20_000,
     font_bombs: 14,
     image_bombs: 100,
