@@ -19,6 +19,7 @@ from fontTools.ttLib import TTFont, newTable
 from fontTools.ttLib.tables import otTables
 from fontTools.ttLib.ttCollection import TTCollection
 from fontTools.varLib import builder as varLib_builder
+from fontTools.varLib.featureVars import addFeatureVariations
 
 CONFORMANCE = Path(__file__).parents[1] / ".." / "shared" / "conformance"
 needs_conformance = pytest.mark.skipif(
@@ -264,6 +265,17 @@ def avar_2(store: bool = True) -> bytes:
     deltas["a"] += [(fonts.WIDE, [(x, x) for x, _ in narrow] + fonts.STILL)]
     deltas["a"] += [({"wdth": (-1, -1, 0)}, [*narrow, (0, 0), (-90, 0), (0, 0), (0, 0)])]
     return fonts.build(glyphs, deltas, edit=lambda builder: add_avar_2(builder, store))
+
+
+def avar_2_with_conditions() -> bytes:
+    """Weight displaces width, and where the final width is below -0.25 "a" becomes "b"."""
+
+    def add(builder: FontBuilder) -> None:
+        add_avar_2(builder)
+        addFeatureVariations(builder.font, [([{"wdth": (-1.0, -0.25)}], {"a": "b"})])
+
+    glyphs, deltas = fonts.base_glyphs()
+    return fonts.build(glyphs, deltas, edit=add)
 
 
 def row_store(rows: Sequence[Sequence[int]]) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fonts
+import formats
 import numpy as np
 import pytest
 from fontTools.ttLib import newTable
@@ -48,3 +49,28 @@ def test_a_locked_axis_stays():
     x, y = text.position(handle).tolist()
     solution = vf.solve(text, vf.Target(handle, (x + 60, y - 50)), locks=["wdth"], restarts=0)
     assert np.allclose(solution.theta, 0, atol=1e-6)
+
+
+def test_a_solve_stays_in_a_box_in_which_its_glyphs_stay():
+    text = vf.Text(vf.load_font(formats.avar_2_with_conditions()), "a")
+    rng = np.random.default_rng(2)
+    sizes = []
+    for w in rng.uniform(-1, 1, (12, 2)):
+        moved = text.at(theta=[w])
+        lower, upper = moved.composition.bounds_at(moved.coordinates)
+        assert ((lower <= w) & (w <= upper)).all()
+        sizes.append(float((upper - lower).prod()))
+        for other in rng.uniform(lower, upper, (8, 1, 2)):
+            assert moved.at(theta=other).word is moved.word
+    assert np.median(sizes) > 0.5
+
+
+def test_a_drag_goes_on_beyond_an_oblique_boundary_and_says_so():
+    text = vf.Text(vf.load_font(formats.avar_2_with_conditions()), "ab")
+    end = text.at({"wght": 850, "wdth": 80})
+    assert [glyph.name for glyph in end.glyphs] == ["b", "b"]
+    handle = text.handle(1, 0, 1)
+    target = end.position(end.carry(handle))
+    solution = vf.solve(text, vf.Target(handle, target))
+    reached = solution.text.position(solution.text.carry(handle))
+    assert np.linalg.norm(reached - target) == pytest.approx(max(solution.misses), abs=1e-6)
