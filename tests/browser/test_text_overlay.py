@@ -190,3 +190,29 @@ def test_a_slider_that_crosses_a_boundary_swaps_the_glyph(opened: Browser) -> No
         if cursive in (0.89, 0.91):
             check(opened, text.at({"CRSV": cursive, "wght": 500}), path.read_bytes(), f"{cursive}")
     assert seen == [True, True, True, False, False, True]
+
+
+def test_a_drag_that_crosses_a_boundary_swaps_the_glyph(opened: Browser) -> None:
+    """The bar of a dollar sign ends at the S from weight 600 on; no kernel takes part."""
+    path = font_file("roboto-flex")
+    text = vf.Text(vf.load_font(path), "$", axes={"wght": 560})
+    editor = vf.Editor(text)
+    editor.locks = [axis.tag for axis in text.font.axes if axis.tag != "wght"]
+    opened.open(editor)
+    edge = text.nearest(1060, 380)
+    start, goal = (text.at({"wght": w}).position(edge).tolist() for w in (560, 660))
+    root = opened.page.locator(".vfwidget-editor")
+    (x, y), (to_x, to_y) = (
+        root.evaluate("(r, p) => { const c = r.__vfw.toClient(...p); return [c.x, c.y] }", point)
+        for point in (start, goal)
+    )
+    opened.page.mouse.move(x, y)
+    opened.page.mouse.down()
+    for i in range(1, 11):
+        opened.page.mouse.move(x + i / 10 * (to_x - x), y + i / 10 * (to_y - y))
+        opened.page.wait_for_timeout(40)
+    weight = root.locator("input[type=range][data-tag=wght]").first
+    reached = weight.evaluate("input => input.valueAsNumber")
+    assert reached > 601
+    check(opened, text.at({"wght": reached}), path.read_bytes(), "dragged")
+    opened.page.mouse.up()
