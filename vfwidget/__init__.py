@@ -128,7 +128,9 @@ def __getattr__(name: str) -> Any:
     if name == "plot":
         return importlib.import_module(".plot", __name__)
     if name in LAZY:
-        return getattr(importlib.import_module(LAZY[name], __name__), name)
+        # Kept, so that this function is not called again.
+        globals()[name] = getattr(importlib.import_module(LAZY[name], __name__), name)
+        return globals()[name]
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -120,12 +120,14 @@ def boundary(
     with np.errstate(all="ignore"):
         turned, strips = _turn(curves, int(image[-1]) + 1)
         arcs = monotone_arcs(turned, sizes, (strips if strips > 1 else -1, -1))
-        cubic, t = crossings(turned, arcs, take(image, arcs.cubic))
+        lines = climbers(turned, arcs)
+        cubic, t = crossings(lines, arcs, take(image, arcs.cubic))
         if len(cubic):
             cubic = xp.concatenate([arcs.cubic, cubic])
             arcs = join(turned, sizes, cubic, xp.concatenate([arcs.start, t]))
+            lines = climbers(turned, arcs)
         column = between(integers((arcs.first[0] + arcs.last[0]) / 2), 0, strips - 1)
-        return _spans(turned, arcs, column + strips * take(image, arcs.cubic), inside, layer)
+        return _spans(lines, arcs, column + strips * take(image, arcs.cubic), inside, layer)
 
 
 def _turn(curves: Any, images: int) -> tuple[Any, int]:
@@ -157,10 +159,10 @@ def _slabs(arcs: Arcs, strip: Any) -> Slabs:
     return Slabs(take(height, distinct), low, high, *expand(low, high - low))
 
 
-def _spans(curves: Any, arcs: Arcs, strip: Any, inside: Any, layer: Any) -> Spans:
+def _spans(lines: Climbers, arcs: Arcs, strip: Any, inside: Any, layer: Any) -> Spans:
     """Spans of arcs that have been cut where they cross."""
-    xp = namespace(curves)
-    lines, cells = climbers(curves, arcs), _slabs(arcs, strip)
+    xp = namespace(strip)
+    cells = _slabs(arcs, strip)
     turn = xp.sign(arcs.last[1] - arcs.first[1])
     member = xp.ones_like(turn)[None]
     if layer is not None:
@@ -187,6 +189,9 @@ def _base(arcs: Arcs, cells: Slabs, strip: Any, member: Any) -> Any:
     xp = namespace(member)
     step = take(strip, arcs.follower) - strip
     moves = where_true(step)
+    if not len(moves):
+        # There is one strip, and everything lies to the right of its left border.
+        return sum_at(moves, member[:, :0], len(cells.levels))
     rising = arcs.last[1] > arcs.first[1]
     starts, ends = xp.where(rising, cells.low, cells.high), xp.where(rising, cells.high, cells.low)
     # To the right an outline enters the follower's strip, to the left it leaves its own one.

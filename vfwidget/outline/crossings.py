@@ -68,19 +68,19 @@ def climbers(curves: Any, arcs: Arcs) -> Climbers:
     return Climbers(x, y, climbs(y, arcs.start, arcs.end))
 
 
-def crossings(curves: Any, arcs: Arcs, image: Any) -> tuple[Any, Any]:
+def crossings(lines: Climbers, arcs: Arcs, image: Any) -> tuple[Any, Any]:
     """Where arcs of the same image cross: cubics (M,) and parameters (M,) to cut them at.
 
     Parameters
     ----------
-    curves : (4, 2, C) array
+    lines : Climbers
+        The arcs as functions of height.
     arcs : Arcs
         Monotone in x and y.
     image : (N,) int array
         Arcs of different images do not cross.
     """
-    xp = namespace(curves)
-    lines = climbers(curves, arcs)
+    xp = namespace(image)
     pairs, bottom, top = _neighbours(arcs, image)
     resolution = RESOLUTION * max(float(abs(arcs.first).max()), 1e-300)
     height = bottom + like(HEIGHTS[:, None], bottom) * (top - bottom)
@@ -97,7 +97,6 @@ def crossings(curves: Any, arcs: Arcs, image: Any) -> tuple[Any, Any]:
         some = take(pairs, near)
         heights, gaps = _dips(lines, some, take(height, near), take(gap, near))
         found += _changes(some, heights, gaps, resolution)
-    found = [changes for changes in found if len(changes.gap[0])]
     if not found:
         return arcs.cubic[:0], arcs.start[:0]
     changes = Changes(*(xp.concatenate(parts, -1) for parts in zip(*found, strict=True)))
@@ -126,7 +125,7 @@ def _neighbours(arcs: Arcs, image: Any) -> tuple[Any, Any, Any]:
 def _gaps(lines: Climbers, pairs: Any, height: Any) -> Any:
     """How far right of the first arc of each pair (2, P) the second one is at heights (H, P)."""
     xp = namespace(height)
-    which = xp.broadcast_to(pairs[:, None], (2, *height.shape)).reshape(-1)
+    which = xp.concatenate([pairs[:, None]] * len(height), 1).reshape(-1)
     x = lines.at(which, xp.concatenate([height.reshape(-1)] * 2))[1]
     half = len(x) // 2
     return (x[half:] - x[:half]).reshape(height.shape)
@@ -148,8 +147,9 @@ def _changes(pairs: Any, height: Any, gap: Any, resolution: float) -> list[Chang
     for end, after in zip(height[1:], gap[1:], strict=True):
         clear, undecided = abs(after) > resolution, abs(before) <= resolution
         here = where_true(clear & ~undecided & (before * after < 0))
-        bracket, sides = stacked([begin, end]), stacked([before, after])
-        found.append(Changes(take(pairs, here), take(bracket, here), take(sides, here)))
+        if len(here):
+            bracket, sides = stacked([begin, end]), stacked([before, after])
+            found.append(Changes(take(pairs, here), take(bracket, here), take(sides, here)))
         # What counts is the last height at which the two were apart.
         clear |= undecided
         begin, before = xp.where(clear, end, begin), xp.where(clear, after, before)
@@ -209,12 +209,13 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
     xp = namespace(gap)
     first = height[0] + (height[1] - height[0]) * gap[0] / (gap[0] - gap[1])
     t = lines.at(pairs.reshape(-1), xp.concatenate([first, first]))[0].reshape(2, -1)
-    x, y = ([take(side, pair) for pair in pairs] for side in (lines.x, lines.y))
+    # (4, 2, 2, Q): coefficients of x and y of the first and the second arc.
+    both = [take(side, pairs.reshape(-1)).reshape(4, 2, -1) for side in (lines.x, lines.y)]
+    cubics = xp.moveaxis(stacked(both), 1, 0)
     slack = resolution + 1e-9 * (height[1] - height[0])
     for rounds in range(NEWTON + 1):
-        dx = evaluate(x[1], t[1]) - evaluate(x[0], t[0])
-        up = evaluate(y[0], t[0])
-        dy = evaluate(y[1], t[1]) - up
+        x, y = evaluate(cubics, t)
+        dx, dy, up = x[1] - x[0], y[1] - y[0], y[0]
         met = (
             (abs(dx) + abs(dy) <= resolution)
             & (up >= height[0] - slack)
@@ -222,7 +223,7 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
         )
         if rounds == NEWTON or met.all():
             break
-        vx, vy = ([evaluate_slope(c[i], t[i]) for i in (0, 1)] for c in (x, y))
+        vx, vy = evaluate_slope(cubics, t)
         across = vx[0] * vy[1] - vy[0] * vx[1]
         step = stacked([dx * vy[1] - dy * vx[1], dx * vy[0] - dy * vx[0]]) / across
         t = t + xp.where(xp.isfinite(step), step, 0.0)

@@ -36,6 +36,8 @@ SAME = 1e-11
 """Two parameters that differ by less are one."""
 CLOSE = 1e-11
 """A root is found when the polynomial is within this of its goal."""
+TINY = 1e-300
+"""Keeps a quotient of two zeros at zero."""
 BEFORE_NEXT = 0.999999
 """Factor of t in sort keys: a cut at the end of a cubic comes before the start of the next one."""
 
@@ -194,8 +196,10 @@ def reach(polynomials: Any, about: Any, goal: Any) -> Any:
     xp = namespace(polynomials)
     low, length, begin, way, lead = about
     part = between((goal - begin) / way, 0.0, 1.0)
-    # Exact for a parabola, such as a quadratic curve raised to a cubic.
-    part = 2 * part / (lead + xp.sqrt(at_least_zero(lead * lead + 4 * (1 - lead) * part)))
+    # Exact for a parabola, such as a quadratic curve raised to a cubic. At a turn, where ``lead``
+    # and ``part`` are zero, it is zero as well.
+    root = xp.sqrt(at_least_zero(lead * lead + 4 * (1 - lead) * part) + TINY)
+    part = 2 * part / (lead + root)
     high, t = low + length, between(low + part * length, low, low + length)
     constant = polynomials[0] - goal
     for rounds in range(ROUNDS + 1):

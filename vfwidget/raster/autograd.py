@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
@@ -18,6 +19,7 @@ FARTHEST = 1e9
 """Pixels from the origin; the cuts of a larger cubic are closer than rounding can tell apart."""
 
 Dims = tuple[int | None, ...]
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Kept:
@@ -27,10 +29,17 @@ class Kept:
         self.boundary = boundary
 
 
+def signed(function: Function) -> Function:
+    """The function with its signature, which PyTorch would otherwise find anew at every call."""
+    function.__signature__ = inspect.signature(function)  # type: ignore[attr-defined]
+    return function
+
+
 class Coverage(torch.autograd.Function):
     """Points (B, S, 4, 2) to images (B, H, W), and what their derivative needs."""
 
     @staticmethod
+    @signed
     def forward(
         points: Tensor, sizes: Sequence[int], height: int, width: int
     ) -> tuple[Tensor, Kept]:
@@ -72,6 +81,7 @@ class Linear(torch.autograd.Function):
     """A linear map of arrays, for tensors of whatever kind; its own derivative is not offered."""
 
     @staticmethod
+    @signed
     def forward(values: Tensor, work: Callable[[Any], Any]) -> Tensor:
         """The map's value."""
         return outer(work(inner(values)))
