@@ -174,6 +174,14 @@ def test_a_list_longer_than_its_table_is_refused_before_it_is_unpacked(at):
 # Glyphs that would take too much memory
 
 
+def test_more_glyphs_than_the_file_has_room_for_are_refused_before_they_are_named():
+    data = bytearray(formats.beyond_64k())
+    start = fonts.open_font(bytes(data)).reader.tables["MAXP"].offset
+    data[start + 4] = 0xFF
+    with pytest.raises(vf.FontError, match=r"MAXP table is damaged: it states \d+ glyphs"):
+        vf.load_font(bytes(data))
+
+
 def test_too_many_points_and_delta_sets_are_refused():
     ring = [(i, i * i % 7) for i in range(20_000)]
     names = "bcdef"

@@ -71,7 +71,25 @@ def open_font(source: FontSource, index: int = 0) -> TTFont:
     tables = font.reader.tables.values() if font.reader.flavor != "woff2" else ()
     if any(table.offset + table.length > len(data) for table in tables):
         raise FontError("The font file is truncated: it ends before its tables do.")
+    with damage("The MAXP table is damaged"):
+        _check_glyph_count(font)
     return font
+
+
+def _check_glyph_count(font: TTFont) -> None:
+    """A table of the longer format can state 16 million glyphs, which take GiBs to be named."""
+    if "MAXP" not in font:
+        return
+    count = int.from_bytes(font.reader["MAXP"][4:7], "big")
+    # Each glyph takes at least two bytes in one of these tables.
+    room = (
+        max(len(font.reader[tag]) for tag in ("LOCA", "HMTX", "CFF2", "MAXP") if tag in font) // 2
+    )
+    if count > room:
+        raise FontError(
+            f"The MAXP table is damaged: it states {count} glyphs, and the file has room for "
+            f"{room} at most."
+        )
 
 
 def _font_count(data: bytes) -> int:
