@@ -186,9 +186,19 @@ def test_letters_that_overlap_at_the_start_are_moved_apart_first() -> None:
 
 
 def test_an_exploding_force_keeps_the_frames_so_far() -> None:
-    with pytest.raises(vf.MotionError, match="exploded after") as caught:
+    with pytest.raises(vf.MotionError, match="motion exploded") as caught:
         simulated(high(), 40, forces=lambda t: (0, 10.0 ** (100 * t)), positions=True)
     assert 2 < len(caught.value.animation) < 40
+
+
+def test_letters_that_cannot_get_out_of_the_way_are_said_so() -> None:
+    def bar(time):
+        x = 4000 * time - 300
+        return [[(x - 100, 100), (x, 100), (x, 400), (x - 100, 400)]]
+
+    with pytest.raises(vf.MotionError, match="positions=True") as caught:
+        simulated(vf.Text("recursive", "N"), 30, obstacles=bar)
+    assert 2 < len(caught.value.animation) < 30
 
 
 def test_an_interrupted_simulation_keeps_the_frames_so_far() -> None:

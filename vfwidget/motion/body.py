@@ -210,6 +210,7 @@ class Some:
     def __init__(self, points: PointSet, index: IntArray) -> None:
         self._points, self._index = points, index
         self._latest: Memo[Array] = Memo()
+        self._moves: Memo[Array] = Memo()
         if isinstance(points, AffinePoints):
             names = ("letter", "origin", "base", "deltas")
             self._points = replace(points, **{n: getattr(points, n)[index] for n in names})
@@ -221,6 +222,9 @@ class Some:
 
     def moves(self, place: Mapping[str, Array]) -> Array:
         """Derivative by the axes, (p, 2, p · n)."""
+        return self._moves.get(_key(place), lambda: self._moves_at(place))
+
+    def _moves_at(self, place: Mapping[str, Array]) -> Array:
         moves = self._points.positions_and_jacobian(place)[1][self._index]
         return np.asarray(moves.reshape(len(moves), 2, place[AXES].size))
 

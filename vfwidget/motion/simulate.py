@@ -26,7 +26,7 @@ from .inputs import (
 from .numbers import read_count, read_number
 from .scene import Scene
 from .start import apart
-from .steps import NEARBY, Laws, State, Stepper
+from .steps import NEARBY, BlockedError, Laws, State, Stepper
 
 SLOW, PATIENCE = 5e-3, 0.5
 """A text that moves by less than so many em a second for so many seconds falls asleep."""
@@ -104,8 +104,9 @@ def simulate(
     Raises
     ------
     MotionError
-        An argument is not what is described above; an overlap at the start cannot be resolved; or
-        the motion has exploded. In the last case, ``error.animation`` holds the frames so far.
+        An argument is not what is described above; an overlap at the start cannot be resolved;
+        letters cannot get out of the way of an obstacle; or the motion has exploded. In the last
+        two cases, ``error.animation`` holds the frames so far.
 
     Warns
     -----
@@ -162,17 +163,16 @@ def simulate(
                 "returned.",
                 MotionWarning,
             )
-        except _Explosion as error:
+        except _StoppedError as error:
             failure = MotionError(
-                f"The motion exploded after {run.time:.4g} s ({error}). Use weaker forces or a "
-                "shorter dt; error.animation holds the frames so far."
+                f"After {run.time:.4g} s {error} error.animation holds the frames so far."
             )
             failure.animation = run.animation()
             raise failure from error
     return run.animation()
 
 
-class _Explosion(Exception):
+class _StoppedError(Exception):
     """The motion cannot go on."""
 
 
@@ -244,12 +244,24 @@ class _Run:
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 self.state = self.stepper.frame(self.state, time, acceleration, rest)
+        except BlockedError as error:
+            raise _StoppedError(
+                f"letters cannot get out of the way of each other or an obstacle (depth "
+                f"{error.args[0]:.3g} font units). Make room for them"
+                + ("." if OFFSETS in self.body.free else ", or pass positions=True.")
+            ) from error
         except (SolveError, np.linalg.LinAlgError) as error:
-            raise _Explosion("the equations of a step have no finite solution") from error
+            raise _StoppedError(
+                "the motion exploded: a step has no finite solution. Use weaker forces or a "
+                "shorter dt."
+            ) from error
         after = self.body.positions(self.state.place)
         farthest = float(abs(after).max(initial=0.0))
         if not farthest < FARTHEST:
-            raise _Explosion(f"a letter is {farthest:.3g} font units away")
+            raise _StoppedError(
+                f"the motion exploded: a letter is {farthest:.3g} font units away. Use weaker "
+                "forces or a shorter dt."
+            )
         speed = float(self.body.by_letter(after - before).max(initial=0.0)) / self.laws.frame
         slow = speed < SLOW * self.body.text.font.units_per_em
         self.quiet = self.quiet + self.laws.frame if slow else 0.0

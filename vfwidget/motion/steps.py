@@ -44,11 +44,18 @@ FAST = 3.0
 """A contact that approaches faster than this times acceleration times frame time is an impact."""
 IMPACT = 1.0
 """Font units of the fastest point in the solve that finds the velocities after an impact."""
-MOST_ROUNDS, DEEPEST, NEARBY = 8, 0.02, 6.0
-"""Contacts are found again until none is deeper than the second number, in font units. After the
-first time, they are found within the third one."""
+MOST_ROUNDS, DEEPEST = 8, 0.02
+"""Contacts are found again until none is deeper than the second number, in font units."""
+NEARBY, DEEP = 6.0, 100.0
+"""They are found within the motion of the step, but within these numbers at least and at most."""
+BLOCKED = 4.0
+"""Font units: a deeper contact that is left at the end of a step cannot be resolved."""
 MARGIN = 1.0
 """Font units beyond the motion of a step within which contacts are found."""
+
+
+class BlockedError(Exception):
+    """A contact of this depth, in font units, from which no letter can get out."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +137,7 @@ class Stepper:
                 state, used = step.taken(bounce)
                 impacts += used == 0
                 now += used
-                most_h = min(left, GROWTH * step.longest)
+                most_h = min(left, max(GROWTH * step.longest, whole / MOST_CUTS))
         return state
 
 
@@ -269,10 +276,14 @@ class _Step:
         terms, place, touches = self._motion(), self.free, self._touches(self.free, self.reach)
         for _ in range(MOST_ROUNDS):
             place = self._solve([*terms, Contact(touches)], place)
-            found = self._touches(place, NEARBY)
+            found = self._touches(place, min(max(self.reach, NEARBY), DEEP))
             if found.gaps.gap.min(initial=0.0) > -DEEPEST:
                 break
             touches = found
+        else:
+            depth = -float(found.gaps.gap.min(initial=0.0))
+            if depth > BLOCKED:
+                raise BlockedError(depth)
         force = np.sqrt(STIFFNESS) * Contact(touches).residual_at(place)
         if self.laws.friction and force.any():
             pressed = np.flatnonzero(force > 0)
