@@ -33,8 +33,8 @@ class Collisions(NamedTuple):
         """The common area (count,) of each letter with the letters after it and the obstacles."""
         return np.bincount(self.pairs[:, 0], self.common.area, count).astype(np.float64)
 
-    def gradient(self, contours: Contours, starts: IntArray) -> Array:
-        """The derivative of :meth:`by_letter` by all control points, (l, K, 2).
+    def by_pair(self, contours: Contours, starts: IntArray) -> Array:
+        """The derivative of each pair's common area by all control points, (P, K, 2).
 
         Parameters
         ----------
@@ -47,9 +47,14 @@ class Collisions(NamedTuple):
         owner = self.pairs[common.pair, common.layer]
         own = ~self.obstacle[common.pair] | (common.layer == 0)
         points = contours.segments[(starts[owner] + common.segment)[own]]
-        row = self.pairs[common.pair, 0][own]
+        gradient = np.zeros((len(self.pairs), contours.point_count, 2))
+        np.add.at(gradient, (common.pair[own][:, None], points), common.gradient()[own])
+        return gradient
+
+    def gradient(self, contours: Contours, starts: IntArray) -> Array:
+        """The derivative of :meth:`by_letter` by all control points, (l, K, 2)."""
         gradient = np.zeros((len(starts), contours.point_count, 2))
-        np.add.at(gradient, (row[:, None], points), common.gradient()[own])
+        np.add.at(gradient, self.pairs[:, 0], self.by_pair(contours, starts))
         return gradient
 
 

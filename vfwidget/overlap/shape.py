@@ -19,8 +19,6 @@ CLOSED = 1e-6
 """Largest distance between the end of a contour and its start, relative to its size."""
 LARGEST = 1e9
 """Coordinates beyond this, in font units, are refused: areas would lose all their digits."""
-
-
 LEAST_AREA = 1e-12
 """Areas below this, relative to the square of the largest coordinate, are rounding."""
 
@@ -43,6 +41,11 @@ class Shape:
         """Lower left corner of each contour's control points, (c, 2)."""
         self.high = np.maximum.reduceat(segments.max(1), starts) if self.sizes else np.zeros((0, 2))
         """Upper right corner, (c, 2)."""
+
+    @property
+    def contours(self) -> list[Array]:
+        """The segments of each contour, (s, 4, 2)."""
+        return np.split(self.segments, np.cumsum(self.sizes)[:-1]) if self.sizes else []
 
     @property
     def box(self) -> Array:
@@ -114,7 +117,11 @@ def read_obstacles(obstacles: Any) -> list[Shape]:
         raise OverlapError(
             f"obstacles must be a list of polygons, contours, texts or artwork; got {obstacles!r}."
         ) from None
-    return [_checked(_read(obstacle, f"obstacles[{i}]"), i) for i, obstacle in enumerate(listed)]
+    return [
+        # A shape has been checked when it was read.
+        one if isinstance(one, Shape) else _checked(_read(one, f"obstacles[{i}]"), i)
+        for i, one in enumerate(listed)
+    ]
 
 
 def _read(obstacle: Any, name: str) -> Shape:

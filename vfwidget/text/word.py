@@ -144,7 +144,7 @@ class Word:
         """Advances as rows over the scalars: weights (r, l) to (r, parameters · M)."""
         if self.shared:
             return pushed @ self.advance_deltas
-        return (pushed[..., None] * self.advance_deltas).reshape(len(pushed), -1)
+        return (pushed[..., None] * self.advance_deltas).reshape(-1, self.advance_deltas.size)
 
     def unclipped_advances(self, gamma: Any) -> Any:
         """The sum of the deltas of each advance, (..., l), which may be negative.

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from ..energy.handle_terms import Pin, Target
-from ..energy.solution import Solution
 from ..energy.solve import solve
 from ..energy.term import Term
 from ..energy.word_terms import StayClose
 from ..errors import SolveError
+from ..overlap.follow import Followed, follow
+from ..overlap.no_overlap import NoOverlap
 from ..text import Handle, Text
 from .constraints import terms
 from .state import State
@@ -24,8 +25,13 @@ RESTART_SECONDS = 0.15
 
 
 def solve_drag(
-    state: State, press: Text, target: Target | None = None, *, released: bool = False
-) -> Solution:
+    state: State,
+    press: Text,
+    target: Target | None = None,
+    *,
+    released: bool = False,
+    keep: NoOverlap | None = None,
+) -> Followed:
     """Solve for the place to which the outline is dragged.
 
     Everything is measured from the press, so that the path of the pointer does not matter.
@@ -41,24 +47,30 @@ def solve_drag(
     released : bool
         Whether the pointer was released. Only then does the solver also look for a better place
         away from this one, because while the pointer moves, the letter must not jump.
+    keep : NoOverlap, optional
+        What must not overlap. The text then moves only as far as its way is free.
 
     Returns
     -------
-    Solution
+    Followed
     """
     wanted: list[Term] = [] if target is None else [target]
     wanted.append(StayClose((CALM * press.font.units_per_em) ** 2, press.theta))
     dragged = None if target is None else target.handle
     wanted += [Pin(pin, press.position(pin)) for pin in state.pins if pin != dragged]
     wanted += terms(state.constraints, state.text)
-    return solve(
+    iterations = RELEASE_ITERATIONS if released else MOVE_ITERATIONS
+    if keep is not None:
+        return follow(state.text, wanted, keep, locks=state.locks, max_iterations=iterations)
+    solution = solve(
         state.text,
         wanted,
         locks=state.locks,
-        max_iterations=RELEASE_ITERATIONS if released else MOVE_ITERATIONS,
+        max_iterations=iterations,
         restarts=RESTARTS if released else 0,
         restart_seconds=RESTART_SECONDS,
     )
+    return Followed(solution)
 
 
 class Drags:
@@ -74,7 +86,9 @@ class Drags:
         self._gesture: Any = None
         self._press = text
 
-    def solve(self, message: dict[str, Any], state: State) -> tuple[Solution, Handle]:
+    def solve(
+        self, message: dict[str, Any], state: State, keep: NoOverlap | None = None
+    ) -> tuple[Followed, Handle]:
         """Solve one message.
 
         Parameters
@@ -83,10 +97,12 @@ class Drags:
             As ``js/README.md`` describes it.
         state : State
             The state from which the solver sets out.
+        keep : NoOverlap, optional
+            As for :func:`solve_drag`.
 
         Returns
         -------
-        Solution, Handle
+        Followed, Handle
             What was found, and the point that is dragged.
 
         Raises
@@ -108,4 +124,17 @@ class Drags:
                 f"This drag message is malformed ({type(error).__name__}: {error})."
             ) from error
         self._gesture, self._press = gesture, press
-        return solve_drag(state, self._press, target, released=phase == "up"), handle
+        released = phase == "up"
+        return solve_drag(state, self._press, target, released=released, keep=keep), handle
+
+
+def answer(followed: Followed, handle: Handle) -> dict[str, Any]:
+    """What the view is told of a drag, besides the axes: ``js/README.md`` describes it."""
+    solution = followed.solution
+    return {
+        "status": solution.status,
+        "message": solution.message,
+        "elsewhere": None if solution.elsewhere is None else solution.elsewhere.axes,
+        "point": solution.text.position(handle).tolist(),
+        "contacts": followed.contacts.tolist(),
+    }

@@ -21,9 +21,10 @@ from ..errors import SolveError, TextError, VFWidgetError
 from ..font import Font
 from ..font.source import FontSource
 from ..text import AxisValues, Text
+from .apart import KeepsApart
 from .bundle import built
 from .constraints import checked_constraints
-from .drag import Drags, solve_drag
+from .drag import Drags, answer, solve_drag
 from .exports import Exports
 from .frozen import frozen
 from .history import History
@@ -33,13 +34,13 @@ from .state import State, checked_locks, checked_pins
 from .steps import Steps
 from .word import describe_word
 
-STATE_TRAITS = ["axes", "shared", "_pins", "locks", "constraints"]
+STATE_TRAITS = ["axes", "shared", "_pins", "locks", "constraints", "avoid_overlaps"]
 """The traits in which the view changes the state."""
 SNAPSHOT_HEIGHT = 180
 """Pixels of the picture that a saved notebook shows."""
 
 
-class Editor(Exports, Steps, anywidget.AnyWidget):
+class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
     """A word to drag by its outline, with a slider for every axis.
 
     Hover over the outline to see the nearest point; press and drag to move it; click to pin or
@@ -55,6 +56,10 @@ class Editor(Exports, Steps, anywidget.AnyWidget):
         One axis vector for the word, or one for each letter.
     locks : sequence of str
         Tags of axes that drags leave as they are.
+    obstacles : obstacle, or sequence of obstacles
+        Drawn behind the word, and avoided by drags; as for :func:`overlaps`. Default: none.
+    avoid_overlaps : bool
+        Whether drags keep letters apart from each other and from the obstacles. Default False.
     height : int, optional
         Height of the picture in pixels, 80 to 4000. By default it follows the width.
     theme : {"auto", "light", "dark"}
@@ -81,6 +86,10 @@ class Editor(Exports, Steps, anywidget.AnyWidget):
         0]], "value": 60.0}``; you can also assign the terms :class:`SharedX`, :class:`SharedY`,
         :class:`Collinear`, :class:`Distance` and :class:`Width`. The axes move to meet them.
     shared : bool
+    obstacles
+    avoid_overlaps : bool
+        If you set it to True where letters overlap, the axes move to the nearest values at which
+        nothing overlaps. A drag then goes only as far as its way is free, and neighbours give way.
     height : int or None
     theme : str
     throttle : int
@@ -126,6 +135,8 @@ class Editor(Exports, Steps, anywidget.AnyWidget):
         shared: bool = True,
         *,
         locks: Sequence[str] = (),
+        obstacles: Any = (),
+        avoid_overlaps: bool = False,
         height: int | None = None,
         theme: str = "auto",
         throttle: int = 0,
@@ -167,7 +178,9 @@ class Editor(Exports, Steps, anywidget.AnyWidget):
                 theme=theme,
                 throttle=throttle,
                 _snapshot=self._picture.name,
+                obstacles=obstacles,
             )
+        self.avoid_overlaps = avoid_overlaps
         self.on_msg(self._receive)
 
     def on_change(self, callback: Callable[[Editor], object]) -> None:
@@ -305,7 +318,8 @@ class Editor(Exports, Steps, anywidget.AnyWidget):
             constraints = checked_constraints(self.constraints, self.text)
             state = replace(self._history.present, constraints=constraints)
             if constraints:
-                state = replace(state, text=solve_drag(state, state.text).text)
+                followed = solve_drag(state, state.text, keep=self._keep)
+                state = replace(state, text=followed.solution.text)
             self._adopt(state)
 
     def set_state(self, sync_data: Any) -> None:
@@ -350,26 +364,17 @@ class Editor(Exports, Steps, anywidget.AnyWidget):
 
     def _drag(self, content: dict[str, Any]) -> dict[str, Any]:
         """Solve one drag event, from where the view has predicted it, and move the text there."""
-        state = self._history.present
-        if "axes" in content:
-            state = state.at(self._moved(content["axes"]))
-        solution, handle = self._drags.solve(content, state)
+        state, keep = self._origin(content), self._keep
+        followed, handle = self._drags.solve(content, state, keep)
         self._naming = str(content.get("gesture") or "")
         try:
-            self._adopt(state.at(solution.text))
+            self._adopt(state.at(followed.solution.text))
         finally:
             self._naming = None
         if content.get("phase") == "up":
             for callback in self._on_release:
                 callback(self)
-        return {
-            "ok": True,
-            "axes": self.axes,
-            "status": solution.status,
-            "message": solution.message,
-            "elsewhere": None if solution.elsewhere is None else solution.elsewhere.axes,
-            "point": solution.text.position(handle).tolist(),
-        }
+        return {"ok": True, "axes": self.axes, **answer(followed, handle)}
 
 
 def _in_words(error: Exception) -> str:

@@ -10,7 +10,10 @@ from ..export.page import page, view
 from ..font import Font
 from .bundle import PAGE_STYLE
 
-PAGE_TRAITS = ("_word", "axes", "shared", "_pins", "locks", "constraints", "height", "theme")
+PAGE_TRAITS = (
+    *("_word", "axes", "shared", "_pins", "locks", "constraints", "_obstacles"),
+    *("height", "theme"),
+)
 """The traits that a view needs on a page without a kernel."""
 
 

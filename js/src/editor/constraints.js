@@ -1,6 +1,7 @@
 /** Constraints between points: the menu that adds them, and a chip for each that names it and removes it. */
-import { html } from "../view/dom.js";
+import { html, KEEP_KEYS } from "../view/dom.js";
 import { menu } from "./toolbar.js";
+import { isArray } from "../word/decode.js";
 
 /**
  * @typedef {import("../solver/terms.js").Constraint} Constraint
@@ -23,7 +24,7 @@ export const KINDS = {
 /** @param {any} raw @returns {Constraint} */
 export function checkConstraint(raw) {
   const kind = /** @type {Kind} */ (raw?.kind), handles = raw?.handles ?? [];
-  if (!Object.hasOwn(KINDS, kind) || !Array.isArray(handles)) throw new Error("a constraint is malformed");
+  if (!Object.hasOwn(KINDS, kind) || !isArray(handles)) throw new Error("a constraint is malformed");
   if (kind !== "Width" && (handles.length < KINDS[kind].least || handles.length > KINDS[kind].most)) {
     throw new Error(`the constraint ${KINDS[kind].label.toLowerCase()} has ${handles.length} points`);
   }
@@ -63,7 +64,7 @@ export class ConstraintBar {
     const remove = html("button", { type: "button", "aria-label": `Remove: ${name}`, title: "Remove", onclick: () => this.actions.remove(index) }, "×");
     if (value === undefined) return html("span", { class: "vfw-constraint" }, name, remove);
     const input = html("input", {
-      type: "number", min: 0, step: "any", value: Math.round(value * 10) / 10, "aria-label": `${name}, font units`, "data-lm-suppress-shortcuts": "true",
+      type: "number", min: 0, step: "any", value: Math.round(value * 10) / 10, "aria-label": `${name}, font units`, [KEEP_KEYS]: "true",
       onchange: () => input.valueAsNumber >= 0 && this.actions.change(index, input.valueAsNumber),
     });
     return html("span", { class: "vfw-constraint" }, name, input, remove);

@@ -1,5 +1,5 @@
 /** The panel under the word: the letters, and a row for each axis. */
-import { attr, html, icon } from "../view/dom.js";
+import { attr, html, icon, KEEP_KEYS } from "../view/dom.js";
 import { alike } from "../word/decode.js";
 
 /**
@@ -34,7 +34,7 @@ class Row {
     this.axis = axis;
     this.value = axis.default;
     this.typing = false;
-    const limits = { min: minimum, max: maximum, step: "any", "data-tag": tag, "data-lm-suppress-shortcuts": "true" };
+    const limits = { min: minimum, max: maximum, step: "any", "data-tag": tag, [KEEP_KEYS]: "true" };
     const set = (/** @type {number} */ value) => {
       if (!Number.isFinite(value)) return;
       this.show(Math.min(maximum, Math.max(minimum, value)));
@@ -175,6 +175,6 @@ export class Controls {
     const hidden = this.rows.filter((row) => row.axis.hidden), moved = hidden.filter((row) => row.value !== row.axis.default);
     this.summary.textContent = `Hidden axes (${hidden.length}${moved.length > 0 ? `, ${moved.length} moved` : ""})`;
     this.letters.hidden = shared;
-    [...this.letters.children].forEach((chip, i) => attr(chip, "aria-pressed", String(i === selected)));
+    [...this.letters.children].forEach((chip, i) => attr(chip, "aria-pressed", i === selected));
   }
 }

@@ -1,8 +1,8 @@
 /** One view of a model: the word, what edits it, the panel, and what is said about it all. */
-import { attr, html } from "../view/dom.js";
+import { attr, html, KEEP_KEYS } from "../view/dom.js";
 import { Drag, PATIENCE } from "../solver/drag.js";
 import { Drawing } from "../view/drawing.js";
-import { conform } from "../word/decode.js";
+import { conform, isArray } from "../word/decode.js";
 import { Channel } from "./channel.js";
 import { ConstraintBar } from "./constraints.js";
 import { Controls } from "./controls.js";
@@ -25,6 +25,8 @@ export class Editor {
     this.frame = this.calm = this.catchUp = 0;
     this.drawn = -1;
     this.status = { kind: "idle", text: "" };
+    /** Where letters press against something in the present drag. @type {[number, number][]} */
+    this.touching = [];
 
     const changed = () => this.request();
     this.session = new Session(model, changed);
@@ -64,6 +66,7 @@ export class Editor {
       resetAll: act(() => this.session.resetAll()),
       unpinAll: act(() => this.session.write({ _pins: [] })),
       share: act((shared) => this.session.setShared(shared)),
+      keepApart: act((apart) => this.session.write({ avoid_overlaps: apart })),
       instance: act((index) => this.session.setValues(this.session.word?.instances[index].axes ?? {})),
       save: (what) => this.save(what),
       zoom: act((steps) => {
@@ -85,7 +88,7 @@ export class Editor {
       html("div", { class: "vfw-stage" }, this.family, this.drawing.svg, this.toolbar.window),
       html("div", { class: "vfw-bar" }, this.line, this.better, this.toolbar.element), this.bar.element, this.controls.element);
     this.root.addEventListener("keydown", this.guard((event) => this.shortcut(event)), { signal: this.ending.signal });
-    for (const [name, value] of Object.entries({ tabindex: 0, role: "application", "data-lm-suppress-shortcuts": "true" })) {
+    for (const [name, value] of Object.entries({ tabindex: 0, role: "application", [KEEP_KEYS]: "true" })) {
       attr(this.drawing.svg, name, value);
     }
 
@@ -168,11 +171,12 @@ export class Editor {
     if (this.drawn !== session.version) {
       this.drawn = session.version;
       drawing.draw(session.axes);
-      const sets = Array.isArray(session.axes) ? session.axes : [session.axes];
+      attr(drawing.backdrop, "d", session.backdrop);
+      const sets = isArray(session.axes) ? session.axes : [session.axes];
       controls.show({ values: session.values, locks: session.locks, shared: session.shared, selected: session.selected });
       this.bar.show(session.constraints, session.pins.length, (letter) => controls.names[letter] ?? "");
       toolbar.show({
-        shared: session.shared, pins: session.pins.length, steps: session.steps,
+        shared: session.shared, apart: session.apart, pins: session.pins.length, steps: session.steps,
         moved: sets.some((values) => word.axes.some((axis) => values[axis.tag] !== axis.default)),
       });
       attr(this.root, "data-theme", session.theme);
@@ -205,6 +209,7 @@ export class Editor {
       constraints: session.constraints.map(({ kind, handles, value = 0 }) => (kind === "Width"
         ? [[value, layout.word.descender], [value, layout.word.ascender]]
         : handles.filter((handle) => layout.has(handle)).map((handle) => layout.position(handle)))),
+      touching: grab ? this.touching : [],
       underline: session.shared || !(i in layout.x) ? null
         : [layout.x[i], layout.x[i] + layout.advance[i], layout.bottom(i) - 0.07 * layout.word.unitsPerEm],
     });
@@ -312,6 +317,7 @@ export class Editor {
       return this.say("error", `The kernel sent a malformed answer: ${/** @type {Error} */ (error).message}`);
     }
     if (sent.phase === "up") this.session.finish(sent.gesture);
+    this.touching = answer.contacts ?? [];
     this.drawing.layout?.evaluate(this.session.axes);
     this.gestures.judge(sent);
     this.request();

@@ -323,6 +323,8 @@ export class Gestures {
     else session.begin(DRAG);
     const pins = session.pins.filter((pin) => layout.has(pin) && !same(pin, grab.handle));
     grab.drag = new Drag(layout.word, grab.before, { ...session.wishes, handle: grab.handle, pins });
+    // What overlaps, only the kernel knows.
+    grab.follows = !!session.apart;
     this.say(grab, "down", grab.origin);
   }
 

@@ -13,7 +13,8 @@ export class Marks {
     this.pins = svg("g", { class: "vfw-pins" });
     this.handle = svg("circle", { class: "vfw-handle" });
     this.constraints = svg("path", { class: "vfw-constraint-lines" });
-    group.append(this.constraints, this.underline, this.tether, this.target, this.pins, this.handle);
+    this.touching = svg("path", { class: "vfw-contacts" });
+    group.append(this.constraints, this.touching, this.underline, this.tether, this.target, this.pins, this.handle);
   }
 
   /**
@@ -24,9 +25,12 @@ export class Marks {
    * @param {[number, number] | null} state.tether the target that the handle cannot follow to
    * @param {{at: [number, number], index: number, hot: boolean}[]} state.pins
    * @param {[number, number][][]} state.constraints the points of each
+   * @param {[number, number][]} state.touching where letters press against something
    * @param {[number, number, number] | null} state.underline left, right, y
    */
-  show({ pixel, handle, mode, tether, pins, constraints, underline }) {
+  show({ pixel, handle, mode, tether, pins, constraints, touching, underline }) {
+    // A line without length is drawn as a round dot.
+    attr(this.touching, "d", touching.map(([x, y]) => `M${x} ${-y}h0`).join(""));
     attr(this.constraints, "d", constraints.map((points) =>
       points.map(([x, y], i) => `${i ? "L" : "M"}${x} ${-y}`).join("")).join(""));
     const on = tether !== null && handle !== null;
@@ -63,7 +67,7 @@ function place(circle, at, more) {
 function line(element, ends) {
   toggle(element, ends !== null);
   if (ends === null) return;
-  ["x1", "y1", "x2", "y2"].forEach((name, i) => attr(element, name, String(i % 2 ? -ends[i] : ends[i])));
+  ["x1", "y1", "x2", "y2"].forEach((name, i) => attr(element, name, i % 2 ? -ends[i] : ends[i]));
 }
 
 /** @param {SVGElement} element @param {boolean} on */

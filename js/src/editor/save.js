@@ -1,6 +1,7 @@
 /** Takes the word away: CSS and Python for the clipboard, SVG and PNG as files. */
 import { layers } from "../view/colour.js";
 import { pathData, windowFor } from "../view/drawing.js";
+import { isArray } from "../word/decode.js";
 
 /** @typedef {import("./session.js").Session} Session @typedef {import("../word/forward.js").Layout} Layout */
 
@@ -14,7 +15,7 @@ export function css({ axes, word }) {
   const settings = (/** @type {Record<string, number>} */ values) =>
     Object.entries(values).map(([tag, value]) => `"${tag}" ${rounded(value)}`).join(", ");
   const family = `font-family: ${JSON.stringify(word?.family ?? "")};`;
-  if (!Array.isArray(axes)) return `${family}\nfont-variation-settings: ${settings(axes)};`;
+  if (!isArray(axes)) return `${family}\nfont-variation-settings: ${settings(axes)};`;
   return [family, ...axes.map((values, i) => `.letter-${i + 1} { font-variation-settings: ${settings(values)}; }`)].join("\n");
 }
 

@@ -2,15 +2,15 @@
  * What the view shows of a model, and how the two stay in step. The model's traits are the truth;
  * the view runs ahead of it while a drag is being answered and while a write of its own waits.
  */
-import { alike, complete, conform, decodeWord } from "../word/decode.js";
+import { alike, complete, conform, decodeWord, isArray } from "../word/decode.js";
 import { checkConstraint } from "./constraints.js";
 
 /**
  * @typedef {import("../word/forward.js").Handle} Handle
  * @typedef {Record<string, number>} Values
- * @typedef {"_word" | "axes" | "shared" | "_pins" | "locks" | "constraints" | "error" | "_steps" | "height" | "theme" | "throttle"} Trait
+ * @typedef {"_word" | "axes" | "shared" | "_pins" | "locks" | "constraints" | "error" | "_steps" | "height" | "theme" | "throttle" | "avoid_overlaps" | "_obstacles"} Trait
  */
-export const TRAITS = /** @type {const} */ (["_word", "axes", "shared", "_pins", "locks", "constraints", "error", "_steps", "height", "theme", "throttle"]);
+export const TRAITS = /** @type {const} */ (["_word", "axes", "shared", "_pins", "locks", "constraints", "error", "_steps", "height", "theme", "throttle", "avoid_overlaps", "_obstacles"]);
 
 /** Milliseconds between two changes by the same control that still count as one gesture. */
 const PAUSE = 1000;
@@ -39,6 +39,10 @@ export class Session {
     this.theme = "auto";
     /** The least number of milliseconds between two moves that are sent. */
     this.throttle = 0;
+    /** Whether drags avoid overlaps; null where nobody can see to it. @type {boolean | null} */
+    this.apart = null;
+    /** Path data of what is drawn behind the word. */
+    this.backdrop = "";
     this.selected = 0;
     /** Names the present gesture, so that undoing it is one step; and what made its last change, and when. */
     this.gesture = { name: "", source: "", time: -Infinity };
@@ -89,20 +93,22 @@ export class Session {
     if (!("_pins" in this.waiting)) {
       this.read("_pins", () => {
         const pins = this.model.get("_pins") ?? [];
-        if (!Array.isArray(pins)) throw new Error("the pins are not a list");
+        if (!isArray(pins)) throw new Error("the pins are not a list");
         this.pins = pins;
       });
     }
     if (!("locks" in this.waiting)) {
       this.read("locks", () => {
         const locks = this.model.get("locks") ?? [];
-        if (!Array.isArray(locks)) throw new Error("the locks are not a list");
+        if (!isArray(locks)) throw new Error("the locks are not a list");
         this.locks = locks.map(String);
       });
     }
     if (!("constraints" in this.waiting)) {
       this.read("constraints", () => (this.constraints = [...this.model.get("constraints") ?? []].map(checkConstraint)));
     }
+    if (!("avoid_overlaps" in this.waiting)) this.read("avoid_overlaps", () => (this.apart = this.model.get("avoid_overlaps") ?? null));
+    this.read("_obstacles", () => (this.backdrop = this.model.get("_obstacles") ?? ""));
     this.read("_steps", () => (this.steps = [0, 1].map((i) => Number(this.model.get("_steps")?.[i]) || 0)));
     this.read("height", () => (this.height = Number(this.model.get("height")) || null));
     this.read("theme", () => (this.theme = String(this.model.get("theme") || "auto")));
@@ -157,7 +163,7 @@ export class Session {
 
   /**
    * Shows a change at once and keeps it for `flush`.
-   * @param {{axes?: any, shared?: boolean, _pins?: Handle[], locks?: string[], constraints?: any[]}} patch
+   * @param {{axes?: any, shared?: boolean, _pins?: Handle[], locks?: string[], constraints?: any[], avoid_overlaps?: boolean}} patch
    * @param {string} [source] what makes the change; changes of one source in quick succession are one step of undo
    */
   write(patch, source = "") {
@@ -165,6 +171,7 @@ export class Session {
     Object.assign(this.waiting, patch, { _gesture: this.gesture.name });
     if (patch.axes) this.axes = patch.axes;
     if (patch.shared !== undefined) this.shared = patch.shared;
+    if (patch.avoid_overlaps !== undefined) this.apart = patch.avoid_overlaps;
     if (patch._pins) this.pins = patch._pins;
     if (patch.locks) this.locks = patch.locks;
     if (patch.constraints) this.constraints = patch.constraints;
@@ -201,14 +208,14 @@ export class Session {
 
   /** The values that the sliders act on. @returns {Values} */
   get values() {
-    return Array.isArray(this.axes) ? this.axes[this.selected] ?? {} : this.axes;
+    return isArray(this.axes) ? this.axes[this.selected] ?? {} : this.axes;
   }
 
   /** @param {Values} changes axis values of the selected letter, or of all when they share them @param {string} [source] */
   setValues(changes, source) {
     const { axes, selected } = this;
     this.write({
-      axes: Array.isArray(axes)
+      axes: isArray(axes)
         ? axes.map((values, i) => (i === selected ? { ...values, ...changes } : values))
         : { ...axes, ...changes },
     }, source);

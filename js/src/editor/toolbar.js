@@ -1,5 +1,5 @@
 /** The buttons of an editor: history, the whole word, and the window. */
-import { attr, html, icon } from "../view/dom.js";
+import { attr, html, icon, KEEP_KEYS } from "../view/dom.js";
 
 /**
  * @typedef {object} Actions
@@ -9,6 +9,7 @@ import { attr, html, icon } from "../view/dom.js";
  * @property {() => void} resetAll
  * @property {() => void} unpinAll
  * @property {(shared: boolean) => void} share
+ * @property {(apart: boolean) => void} keepApart
  * @property {(instance: number) => void} instance
  * @property {(what: string) => void} save
  * @property {(factor: number) => void} zoom
@@ -26,7 +27,7 @@ const ICONS = {
  */
 export function menu(className, label, choose) {
   const element = html("select", {
-    class: className, "aria-label": label, "data-lm-suppress-shortcuts": "true",
+    class: className, "aria-label": label, [KEEP_KEYS]: "true",
     onchange: () => {
       const { value } = element;
       element.selectedIndex = 0;
@@ -51,12 +52,14 @@ export class Toolbar {
     this.instances = menu("vfw-instances", "Named instances", (value) => actions.instance(Number(value)));
     this.saving = menu("vfw-save", "Copy or save", actions.save);
     this.saving.append(...["Copy CSS", "Copy Python", "Save SVG", "Save PNG"].map((name) => html("option", {}, name)));
-    this.perLetter = html("input", {
-      type: "checkbox", class: "vfw-per-letter", onchange: () => actions.share(!this.perLetter.checked),
-    });
+    const box = (/** @type {string} */ name, /** @type {() => void} */ onchange) => html("input", { type: "checkbox", class: name, onchange });
+    const label = (/** @type {Node} */ input, /** @type {string} */ text) => html("label", { class: "vfw-switch" }, input, html("span", {}, text));
+    this.perLetter = box("vfw-per-letter", () => actions.share(!this.perLetter.checked));
+    this.apart = box("vfw-apart", () => actions.keepApart(this.apart.checked));
+    this.apartLabel = label(this.apart, "Avoid overlaps");
     this.element = html("div", { class: "vfw-actions" },
       html("span", { class: "vfw-group" }, this.undo, this.redo), this.restart, this.reset, this.unpin, this.instances, this.saving,
-      html("label", { class: "vfw-switch" }, this.perLetter, html("span", {}, "Separate axes for each letter")));
+      label(this.perLetter, "Separate axes for each letter"), this.apartLabel);
     this.window = html("div", { class: "vfw-window", role: "group", "aria-label": "Zoom" },
       picture("farther", "Zoom out (−)", () => actions.zoom(-1)), picture("closer", "Zoom in (+)", () => actions.zoom(1)),
       picture("fit", "Show the whole word (0)", actions.fit));
@@ -69,9 +72,11 @@ export class Toolbar {
     this.instances.append(...instances.map(({ name }, i) => html("option", { value: i }, name)));
   }
 
-  /** @param {{shared: boolean, pins: number, moved: boolean, steps: number[]}} state */
-  show({ shared, pins, moved, steps }) {
+  /** @param {{shared: boolean, apart: boolean | null, pins: number, moved: boolean, steps: number[]}} state */
+  show({ shared, apart, pins, moved, steps }) {
     this.perLetter.checked = !shared;
+    this.apart.checked = !!apart;
+    this.apartLabel.hidden = apart === null;
     this.unpin.disabled = pins === 0;
     this.unpin.textContent = pins > 0 ? `Unpin all (${pins})` : "Unpin all";
     this.reset.disabled = !moved;

@@ -1,5 +1,5 @@
 /** The frames of an animation: axis values, places and rotations in time, and what lies between. No DOM. */
-import { floats } from "../word/decode.js";
+import { floats, isArray } from "../word/decode.js";
 
 /**
  * @typedef {object} Film
@@ -26,12 +26,12 @@ function check(condition, message) {
  * @throws {Error} which names what is wrong
  */
 export function decodeFilm(raw, word) {
-  check(raw !== null && typeof raw === "object" && Array.isArray(raw.times) && raw.times.length > 0, "there is no animation to show");
+  check(raw !== null && typeof raw === "object" && isArray(raw.times) && raw.times.length > 0, "there is no animation to show");
   const { times, vector_count: vectors, letter_count: letters, box, obstacles = [], scene = [] } = raw, frames = times.length;
   check(times.every((/** @type {any} */ t, /** @type {number} */ i) => Number.isFinite(t) && (i === 0 ? t === 0 : t > times[i - 1])),
     "the times do not increase");
   check(Number.isInteger(vectors) && vectors > 0 && Number.isInteger(letters) && letters > 0, "the letters are malformed");
-  check(Array.isArray(box) && box.length === 4 && box.every(Number.isFinite) && box[0] < box[2] && box[1] < box[3],
+  check(isArray(box) && box.length === 4 && box.every(Number.isFinite) && box[0] < box[2] && box[1] < box[3],
     "the box is malformed");
   check(scene.every((/** @type {any} */ i) => typeof obstacles[i] === "string"), "the obstacles are malformed");
   return {

@@ -1,5 +1,5 @@
 /** One view of an animation: the picture, its controls, and the axes over time. It plays without a kernel. */
-import { attr, html, icon } from "../view/dom.js";
+import { attr, html, icon, KEEP_KEYS } from "../view/dom.js";
 import { decodeWord } from "../word/decode.js";
 import { Curves } from "./curves.js";
 import { advanced, decodeFilm, frameAt } from "./film.js";
@@ -38,7 +38,7 @@ export class Player {
     this.below = html("div", {});
     this.line = html("div", { class: "vfw-status", role: "alert", hidden: true });
     this.root = html("div", {
-      class: "vfwidget vfwidget-player", role: "group", "data-lm-suppress-shortcuts": "true",
+      class: "vfwidget vfwidget-player", role: "group", [KEEP_KEYS]: "true",
       onkeydown: (/** @type {KeyboardEvent} */ event) => this.key(event),
     }, this.stage,
     html("div", { class: "vfw-controls" }, this.button, this.slider, this.clock,

@@ -5,6 +5,7 @@ import { END, Positions } from "../word/positions.js";
 import { add } from "./box.js";
 import { minimise } from "./levenberg_marquardt.js";
 import { constraintTerm, pin, target } from "./terms.js";
+import { isArray } from "../word/decode.js";
 
 /**
  * @typedef {import("../word/forward.js").Handle} Handle
@@ -34,7 +35,7 @@ export class Drag {
    * @param {import("./terms.js").Constraint[]} [wishes.constraints]
    */
   constructor(word, axes, { handle = null, pins = [], locks = [], constraints = [] }) {
-    const vectors = Array.isArray(axes) ? axes : [axes], n = word.axes.length;
+    const vectors = isArray(axes) ? axes : [axes], n = word.axes.length;
     this.word = word;
     this.press = axes;
     const points = [handle ?? END, ...pins], firsts = constraints.map(({ kind, handles }) => points.push(...(kind === "Width" ? [END] : handles)));
@@ -65,7 +66,7 @@ export class Drag {
    */
   at(theta, points) {
     const { word, press, home } = this, n = word.axes.length, layout = new Layout(word).evaluate(this.values(theta));
-    const positions = new Positions(word, layout.row, points, !Array.isArray(press)), kinks = positions.kinks();
+    const positions = new Positions(word, layout.row, points, !isArray(press)), kinks = positions.kinks();
     const lower = this.bounds.lower.slice(), upper = this.bounds.upper.slice();
     // Where axes move others, the edges lie in other coordinates.
     if (!word.final) theta.forEach((w, i) => {
@@ -146,7 +147,7 @@ export class Drag {
       const at = v * n + i;
       return [axis.tag, x[at] === home[at] ? values[axis.tag] ?? axis.default : denormalize(axis, x[at])];
     }));
-    return Array.isArray(press) ? press.map(vector) : vector(press, 0);
+    return isArray(press) ? press.map(vector) : vector(press, 0);
   }
 }
 

@@ -16,6 +16,9 @@ function fill(element, attributes, children) {
   return element;
 }
 
+/** For elements whose keys JupyterLab must leave alone. */
+export const KEEP_KEYS = "data-lm-suppress-shortcuts";
+
 /** Sets an attribute, of any type. @param {Element} element @param {string} name @param {any} value */
 export const attr = (element, name, value) => element.setAttribute(name, value);
 

@@ -44,12 +44,14 @@ export function windowFor(layout) {
 export class Drawing {
   constructor() {
     this.baseline = svg("line", { class: "vfw-baseline", x1: -1e5, x2: 1e5, y1: 0, y2: 0 });
+    /** What lies behind the word; its path data is for others to set. */
+    this.backdrop = svg("path", { class: "vfw-obstacles" });
     this.letters = svg("g", { class: "vfw-letters" });
     this.colours = svg("g", { class: "vfw-colours" });
     /** For whoever draws on top of the word. */
     this.overlay = svg("g", { class: "vfw-overlay" });
     this.svg = svg("svg", { class: "vfw-svg", preserveAspectRatio: "xMidYMid meet" },
-      this.baseline, this.colours, this.letters, this.overlay);
+      this.baseline, this.backdrop, this.colours, this.letters, this.overlay);
     /** @type {Layout | null} */
     this.layout = null;
     /** The row of glyphs that the paths are for. @type {import("../word/rows.js").Row | null} */

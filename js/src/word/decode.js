@@ -4,6 +4,8 @@
  */
 import { compile } from "./forward.js";
 
+export const { isArray } = Array;
+
 /** @typedef {import("./rows.js").Row} Row */
 /** @typedef {import("./varying.js").Node} Node */
 /**
@@ -157,8 +159,8 @@ export function alike(a, b) {
  * @returns {Record<string, number> | Record<string, number>[]}
  */
 export function conform(word, axes, shared, selected) {
-  if (shared) return complete(word, Array.isArray(axes) ? axes[selected] ?? axes[0] : axes);
-  return word.rows[0].order.map((_, i) => complete(word, Array.isArray(axes) ? axes[i] : axes));
+  if (shared) return complete(word, isArray(axes) ? axes[selected] ?? axes[0] : axes);
+  return word.rows[0].order.map((_, i) => complete(word, isArray(axes) ? axes[i] : axes));
 }
 
 /** @param {Pick<Word, "axes">} word @param {any} values @returns {Record<string, number>} */

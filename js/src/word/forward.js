@@ -5,6 +5,7 @@
 import { cubic } from "./cubics.js";
 import { chain, rowAt, rowOf, valueOf } from "./rows.js";
 import { evaluate } from "./varying.js";
+import { isArray } from "./decode.js";
 
 /**
  * @typedef {{count: number, first: Int32Array, axis: Int32Array, start: Float64Array,
@@ -193,7 +194,7 @@ export class Layout {
    * @returns {this} whose `row` may be another one than before
    */
   evaluate(axes) {
-    const { word } = this, shared = !Array.isArray(axes);
+    const { word } = this, shared = !isArray(axes);
     const vectors = shared ? [axes] : word.rows[0].order.map((_, i) => axes[i] ?? {});
     const choice = vectors.map((values, v) => {
       this.gammas[v] ??= new Float64Array(word.regions.count);
@@ -246,7 +247,7 @@ export class Layout {
 
   /** Is there such a point? @param {any} handle */
   has(handle) {
-    if (!Array.isArray(handle) || handle.length < 4) return false;
+    if (!isArray(handle) || handle.length < 4) return false;
     const [glyph, contour, segment, t] = handle;
     const segments = this.glyphs[glyph]?.contours[contour];
     return Number.isInteger(segment) && segment >= 0 && segment < segments && t >= 0 && t <= 1;

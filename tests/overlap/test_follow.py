@@ -1,0 +1,121 @@
+"""Drags that avoid overlaps: nothing passes a bar unseen, and no accepted state overlaps more."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vfwidget as vf
+from vfwidget.overlap.follow import follow
+from vfwidget.overlap.shape import read_obstacles
+from vfwidget.overlap.swept import free_part
+
+
+def common(text, obstacles=()):
+    return sum(overlap.area for overlap in vf.overlaps(text, obstacles))
+
+
+def bar(width, angle):
+    corners = np.array([(0, -300), (width, -300), (width, 900), (0, 900)])
+    turn = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
+    return corners @ np.array(turn)
+
+
+def moved(text, x, y=0.0):
+    return {**text.place, "offsets": text.place["offsets"] + [(x, y)]}
+
+
+@pytest.mark.parametrize("width", [0.5, 10, 40, 120])
+@pytest.mark.parametrize("step", [60, 150, 2000])
+def test_no_bar_is_passed_unseen(width, step):
+    text = vf.Text("roboto-flex", "l")
+    beam = bar(width, 0.01 * step % 0.7 - 0.3)
+    obstacles = read_obstacles([beam])
+    text = text.at(offsets=[(-1600, 0)])
+    for _ in range(3000 // step + 1):
+        end = moved(text, step)
+        part = free_part(text, end, obstacles)
+        if part < 1:
+            break
+        text = text.moved_to(end)
+    assert part < 1
+    contact = common(text.moved_to(moved(text, part * step)), [beam])
+    assert 0 <= contact <= 1.0
+    assert common(text.moved_to(moved(text, (part + 0.02) * step)), [beam]) > contact
+
+
+def test_the_whole_way_is_free_where_nothing_is_near():
+    text = vf.Text("recursive", "variable", shared=False)
+    end = {**text.place, "axes": text.place["axes"] + 0.2}
+    assert free_part(text, end) == 1.0
+    assert free_part(vf.Text("recursive", " "), vf.Text("recursive", " ").place) == 1.0
+
+
+def test_letters_meet_each_other():
+    text = vf.Text("dynapuff", "oo")
+    start = text.at(offsets=[(-300, 0), (0, 0)])
+    end = {**start.place, "offsets": np.array([(1500.0, 0), (0, 0)])}
+    part = free_part(start, end)
+    assert 0.1 < part < 0.9
+    assert free_part(start, end, between_glyphs=False) == 1.0
+
+
+def drag(text, handle, way, obstacles=(), between=True):
+    """The states of a drag in steps, and the contacts of the last one."""
+    start, press, states = text.position(handle).numpy(), text.theta, [text]
+    calm = vf.StayClose((0.001 * text.font.units_per_em) ** 2, press)
+    keep = vf.NoOverlap(obstacles, between) if obstacles or between else None
+    for delta in way:
+        found = follow(states[-1], [vf.Target(handle, start + delta), calm], keep)
+        states.append(found.solution.text)
+    return states, found
+
+
+def test_a_bar_stops_a_stem_at_once_and_in_steps():
+    text = vf.Text("roboto-flex", "l")
+    right = float(text.segments()[0][..., 0].max())
+    beam = [(right + 60, 100), (right + 70, 100), (right + 70, 900), (right + 60, 900)]
+    handle = text.nearest(right, 500)
+    for way in ([(200, 0)], [(20 * i, 0) for i in range(1, 9)]):
+        states, found = drag(text, handle, way, [beam])
+        end = float(states[-1].segments()[0][..., 0].max())
+        assert right + 55 < end <= right + 60.001
+        assert all(common(state, [beam]) == 0 for state in states)
+        assert found.solution.status == "unreachable"
+        assert abs(found.contacts - (right + 60, 500)).min(0)[0] < 1
+
+
+def test_neighbours_give_way():
+    # The descender of a "p" stands on an "o", the top of which is dragged upwards.
+    text = vf.Text("roboto-flex", "op", shared=False)
+    o, p = (glyph.default.numpy() for glyph in text.glyphs)
+    middle, top = o[:, 0].mean(), o[:, 1].max()
+    stem = p[p[:, 1] < p[:, 1].min() + 1, 0].mean()
+    up = top - p[:, 1].min() + 10
+    text = text.at(offsets=[(0, 0), (middle - stem - text.layout[1].x, up)])
+    handle = text.nearest(middle, top)
+    states, found = drag(text, handle, [(0, 10 * i) for i in range(1, 9)])
+    assert all(common(state) <= 1e-6 for state in states)
+    assert len(found.contacts)
+    assert float(states[-1].position(handle)[1]) > top + 25
+    # The descender has become shorter.
+    bottoms = [float(s.points()[len(o) :, 1].min()) for s in (text, states[-1])]
+    assert bottoms[1] > bottoms[0] + 15
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_no_accepted_state_overlaps_more_than_the_one_before(seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(10):
+        name, word = rng.choice(vf.bundled_fonts()), rng.choice(["no", "Type", "lo", "gab"])
+        text = vf.Text(str(name), str(word), shared=bool(rng.integers(2)))
+        em = text.font.units_per_em
+        (left, low), (right, top) = text.points().numpy().min(0), text.points().numpy().max(0)
+        x, y = rng.uniform(left, right), rng.uniform(low, top)
+        obstacles = [bar(em * rng.uniform(0.005, 0.1), rng.uniform(-2, 2)) * 0.4 + (x, y)]
+        points = text.points().numpy()
+        handle = text.nearest(*points[rng.integers(len(points))])
+        way = em * rng.normal(0, 0.15, 2) * np.linspace(0, 1, 5)[1:, None]
+        areas = [common(state, obstacles) for state in drag(text, handle, way, obstacles)[0]]
+        assert (np.diff(areas) <= 1e-6).all(), (name, word, areas)

@@ -1,0 +1,63 @@
+"""The editor with overlaps avoided, without a browser."""
+
+from __future__ import annotations
+
+import pytest
+
+import vfwidget as vf
+
+WORD = vf.Text("roboto-flex", "l")
+RIGHT = float(WORD.segments()[0][..., 0].max())
+BAR = [(RIGHT + 60, 100), (RIGHT + 70, 100), (RIGHT + 70, 900), (RIGHT + 60, 900)]
+
+
+def send(editor, phase, x):
+    """One drag message, from the right side of the stem; its answer."""
+    answers = []
+    editor.send = lambda message, *_: answers.append(message)
+    handle = WORD.nearest(RIGHT, 500)
+    place = [handle.glyph, handle.contour, handle.segment, handle.t]
+    message = {"type": "drag", "view": "v", "seq": 1, "gesture": "g", "phase": phase}
+    editor._receive(editor, {**message, "handle": place, "x": x, "y": 500.0}, [])
+    return answers[0]
+
+
+def test_a_drag_stops_at_an_obstacle_and_names_the_contact():
+    editor = vf.Editor(WORD, obstacles=[BAR], avoid_overlaps=True)
+    send(editor, "down", RIGHT)
+    answer = send(editor, "move", RIGHT + 250)
+    assert answer["ok"] and answer["status"] == "unreachable"
+    assert vf.overlaps(editor.text, [BAR]) == []
+    assert answer["contacts"]
+    assert RIGHT + 50 < float(editor.text.segments()[0][..., 0].max()) < RIGHT + 61
+    editor.avoid_overlaps = False
+    assert send(editor, "up", RIGHT + 250)["contacts"] == []
+    assert vf.overlaps(editor.text, [BAR])
+
+
+def test_the_switch_makes_room_as_one_step():
+    editor = vf.Editor(WORD, obstacles=[BAR])
+    send(editor, "down", RIGHT)
+    send(editor, "up", RIGHT + 200)
+    steps = len(editor.history)
+    editor.set_state({"avoid_overlaps": True})
+    assert sum(overlap.area for overlap in vf.overlaps(editor.text, [BAR])) <= 1e-3
+    assert editor.error == ""
+    assert len(editor.history) == steps + 1
+
+
+def test_a_crowded_word_says_so():
+    everywhere = [(-9000, -9000), (9000, -9000), (9000, 9000), (-9000, 9000)]
+    editor = vf.Editor(vf.Text("dynapuff", "o"), obstacles=[everywhere], avoid_overlaps=True)
+    assert "no axis values were found" in editor.error
+
+
+def test_obstacles_are_checked_and_drawn():
+    editor = vf.Editor(WORD, obstacles=BAR)
+    assert editor._obstacles.startswith("M")
+    assert editor._obstacles in editor.to_html()
+    with pytest.raises(vf.OverlapError, match="must be finite"):
+        editor.obstacles = [[(0, 0), (1, float("nan")), (2, 0)]]
+    assert editor.obstacles == BAR
+    editor.obstacles = ()
+    assert editor._obstacles == ""

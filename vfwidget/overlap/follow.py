@@ -1,0 +1,222 @@
+r"""Drag letters without passing through each other or through obstacles (Sec. 5.2).
+
+A text moves from a free state towards the place at which its terms are met. Where it meets
+something, it slides on: the common area just beyond the contact is linearised, which gives one
+inequality for each pair that touches, and the terms are minimised under these inequalities. So the
+dragged letter slides along obstacles, and its neighbours give way. A step is accepted only if the
+way to it is free, by :mod:`.swept`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..arrays import Array
+from ..energy import Derivative, Solution, StayClose, Term
+from ..energy.descent import Descent, descend
+from ..energy.energy import Energy
+from ..energy.solve import solution_of
+from ..outline.monotone import evaluate
+from ..solver.problem import Tolerances
+from ..text import Text
+from .collisions import Collisions, collisions
+from .no_overlap import NoOverlap
+from .overlaps import TOUCH
+from .shape import letters, read_obstacles
+from .swept import PASSING, free_part
+
+WALL = 1e4
+"""Weight of the inequalities against terms of weight 1, such as a target."""
+STEPS = 8
+"""Most steps of the solver under one set of inequalities."""
+ROUNDS = 3
+"""Most times that the inequalities are found again."""
+SUBSTEP, SUBSTEPS = 40.0, 3
+"""Font units by which points move at most in a substep along a contact, and substeps at a call."""
+LESS = 1e-2
+"""A further substep is tried if one lowers the cost by this part of it."""
+CALM = 0.02
+"""Ems: a substep moves an axis over its range only if the distance to a goal falls by more."""
+CLEAR = 0.01
+"""Font units that stay between two shapes that have met."""
+NOWHERE = np.zeros((0, 2))
+TOLERANCES = Tolerances(step=1e-5, absolute_cost=1e-2, cost_floor=1e-4)
+"""In normalized coordinates, and in square font units."""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """The result of :func:`follow`.
+
+    Attributes
+    ----------
+    solution : Solution
+        Of the terms, at the state that was accepted.
+    contacts : (c, 2) array
+        Where the text presses against something, in font units. By default nowhere.
+    """
+
+    solution: Solution
+    contacts: Array = field(default_factory=lambda: NOWHERE)
+
+
+def follow(
+    text: Text,
+    terms: Sequence[Term],
+    keep: NoOverlap,
+    *,
+    locks: Collection[str] = (),
+    max_iterations: int = 30,
+) -> Followed:
+    """Move a text towards the minimum of its terms, as far as the way is free.
+
+    Parameters
+    ----------
+    text : Text
+        The last state that was accepted. It is not changed.
+    terms : sequence of Term
+        Such as a target, pins and :class:`StayClose`.
+    keep : NoOverlap
+        What must not overlap.
+    locks : collection of str
+        Tags of axes that keep their values.
+    max_iterations : int
+        Most steps of the solver while nothing is met. Default 30.
+
+    Returns
+    -------
+    Followed
+        The state has no more common area than ``text``.
+    """
+    way = _Way(text, terms, keep, locks)
+    direct = descend(way.wish, way.wish.unknowns.start, TOLERANCES, max_iterations)
+    x, goal = way.start, direct.state.x
+    if way.is_clear(x, goal):
+        return Followed(solution_of(way.wish, direct))
+    contacts = [NOWHERE]
+    for _ in range(SUBSTEPS):
+        following, touched = way.slide(x, goal)
+        contacts.append(touched)
+        if way.cost(following) > (1 - LESS) * way.cost(x):
+            break
+        x = following
+    return Followed(solution_of(way.wish, way.ended(x, direct)), np.concatenate(contacts))
+
+
+@dataclass(frozen=True)
+class Walls(Term):
+    """Linear inequalities: how far each is violated, in font units."""
+
+    slopes: Array
+    offsets: Array
+    weight: float = WALL
+
+    def residual(self, points: Array, theta: Array) -> Array:
+        """max(0, slopes · Θ + offsets), (c,)."""
+        return np.maximum(self.slopes @ theta.ravel() + self.offsets, 0.0)
+
+    def derivative(self, points: Array, theta: Array) -> Derivative:
+        """The slopes of the inequalities that are violated."""
+        violated = self.residual(points, theta) > 0
+        return Derivative(theta=(violated[:, None] * self.slopes).reshape(-1, *theta.shape))
+
+
+class _Way:
+    """The energy of a drag, and what is free on the way."""
+
+    def __init__(
+        self, text: Text, terms: Sequence[Term], keep: NoOverlap, locks: Collection[str]
+    ) -> None:
+        self.text, self.terms, self.locks = text, terms, locks
+        self.obstacles, self.between = read_obstacles(keep.obstacles), keep.between_glyphs
+        self.points = text.point_set()
+        self.wish = Energy(text, terms, locks=locks)
+        self.start = self.wish.unknowns.start
+        self.limit = max(float(self.found(self.start).common.area.sum()), TOUCH)
+
+    def place(self, x: Array) -> dict[str, Array]:
+        """All blocks of the text at a state."""
+        return self.wish.unknowns.place(x)
+
+    def free(self, x: Array, end: Array, allowed: float) -> float:
+        """The part of the way between two states that is free."""
+        here = self.text.moved_to(self.place(x))
+        return free_part(here, self.place(end), self.obstacles, self.between, allowed)
+
+    def is_clear(self, x: Array, end: Array) -> bool:
+        """Whether a state is free, and the way from x to it."""
+        return self.free(x, end, PASSING) == 1.0 and self.is_free(self.found(end))
+
+    def is_free(self, found: Collisions) -> bool:
+        """Whether nothing overlaps, or no more than at the start."""
+        return bool(found.common.area.sum() <= self.limit)
+
+    def slide(self, x: Array, goal: Array) -> tuple[Array, Array]:
+        """One substep from x towards a goal, along what is in the way; and the contacts (c, 2)."""
+        here = self.text.moved_to(self.place(x))
+        calm: list[Term] = [StayClose((CALM * self.text.font.units_per_em) ** 2, here.theta)]
+        walls: list[Term] = []
+        contacts = [NOWHERE]
+        for _ in range(ROUNDS):
+            goal = self.nearby(x, goal)
+            reached = x + self.free(x, goal, PASSING) * (goal - x)
+            found = self.found(reached)
+            if (reached == goal).all() and self.is_free(found):
+                return goal, np.concatenate(contacts)
+            contacts.append(middles(found))
+            walls.append(self.walls(reached, found))
+            energy = Energy(self.text, [*self.terms, *calm, *walls], locks=self.locks)
+            goal = descend(energy, reached, TOLERANCES, STEPS).state.x
+        goal = self.nearby(x, goal)
+        return x + self.free(x, goal, TOUCH) * (goal - x), np.concatenate(contacts)
+
+    def nearby(self, x: Array, goal: Array) -> Array:
+        """The goal, or a state on the way to it if points would move farther than a substep."""
+        points = [self.points.positions(self.place(state)) for state in (x, goal)]
+        most = float(np.hypot(*(points[1] - points[0]).T).max(initial=0.0))
+        return goal if most <= SUBSTEP else x + SUBSTEP / most * (goal - x)
+
+    def found(self, x: Array) -> Collisions:
+        """The pairs that may overlap, and their common areas."""
+        own = letters(self.text, self.points.positions(self.place(x)))
+        return collisions(own, self.obstacles, self.between)
+
+    def walls(self, x: Array, found: Collisions) -> Walls:
+        """An inequality for each pair that overlaps at x: the linearised depth is at most 0."""
+        word = self.text.word
+        counts = [sum(glyph.contours) for glyph in self.text.glyphs]
+        gradient = found.by_pair(word.contours, np.cumsum([0, *counts[:-1]]))
+        first = self.points.letter == found.pairs[:, :1]
+        length = np.hypot(*(gradient * first[..., None]).sum(1).T)
+        deep = np.flatnonzero((found.common.area > TOUCH) & (length > 0))
+        moves = self.points.positions_and_jacobian(self.place(x))[1]
+        by_theta = gradient[deep].reshape(len(deep), gradient[0].size) @ moves.reshape(
+            gradient[0].size, -1
+        )
+        slopes = by_theta / length[deep, None]
+        depths = found.common.area[deep] / length[deep] + CLEAR
+        return Walls(slopes, depths - slopes @ x)
+
+    def cost(self, x: Array) -> float:
+        """The cost of the terms."""
+        return sum(result.cost for result in self.wish.results(x))
+
+    def ended(self, x: Array, former: Descent) -> Descent:
+        """A state as the end of a descent."""
+        state = replace(former.state, x=x, cost=self.cost(x))
+        return replace(former, state=state, results=self.wish.results(x))
+
+
+def middles(found: Collisions) -> Array:
+    """The middle of each common area, (c, 2)."""
+    common, spans = found.common, found.common.spans
+    bound = np.flatnonzero(spans.weight)
+    cubic, pair = spans.cubic[bound], common.pair[spans.cubic[bound]]
+    middle = evaluate(common.curves[..., cubic], (spans.start + spans.end)[bound] / 2)
+    count = np.bincount(pair, minlength=len(common.area))
+    touched = np.flatnonzero(count)
+    sums = np.array([np.bincount(pair, side, len(count)) for side in middle])
+    return (sums[:, touched] / count[touched]).T + common.origin[touched]

@@ -1,0 +1,84 @@
+"""The part of an editor that keeps letters apart from each other and from obstacles (Sec. 5.2)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import traitlets
+
+from ..energy.handle_terms import Pin
+from ..export.svg import path_data
+from ..overlap.no_overlap import NoOverlap
+from ..overlap.resolve import resolve_overlaps
+from ..overlap.shape import Shape, read_obstacles
+from ..text import Text
+from .constraints import terms
+from .state import State
+
+ROOM_SECONDS = 0.5
+"""The search for the nearest free state ends after this time, so that the kernel stays ready."""
+CROWDED = (
+    "Letters overlap, and no axis values were found at which they do not. Unlock axes, remove pins "
+    "or move the obstacles."
+)
+
+
+class KeepsApart(traitlets.HasTraits):
+    """Traits of :class:`Editor`: obstacles, and whether drags avoid overlaps."""
+
+    obstacles = traitlets.Any(())
+    avoid_overlaps = traitlets.Bool(False).tag(sync=True, echo_update=False)
+    _obstacles = traitlets.Unicode().tag(sync=True)
+
+    _shapes: tuple[Shape, ...] = ()
+    _adopting: bool
+    _history: Any
+    _adopt: Any
+    _moved: Any
+    error: Any
+
+    @property
+    def _keep(self) -> NoOverlap | None:
+        """What drags must not let overlap; None while they may."""
+        return NoOverlap(self._shapes) if self.avoid_overlaps else None
+
+    def _origin(self, content: dict[str, Any]) -> State:
+        """The state from which a drag message is solved, which is where the view has predicted it.
+
+        What the view predicts may overlap. With that to avoid, the kernel goes on from the state
+        that it accepted last, and a drag begins at a state at which nothing overlaps.
+        """
+        state, keep, presses = self._history.present, self._keep, content.get("phase") == "down"
+        if "axes" in content and (keep is None or presses):
+            state = state.at(self._moved(content["axes"]))
+        free = room(state, keep) if keep is not None and presses else None
+        return state if free is None else state.at(free)
+
+    @traitlets.validate("obstacles")
+    def _check_obstacles(self, proposal: Any) -> Any:
+        self._shapes = tuple(read_obstacles(proposal["value"]))
+        return proposal["value"]
+
+    @traitlets.observe("obstacles", "avoid_overlaps")
+    def _on_obstacles(self, _: Any) -> None:
+        contours = [contour for shape in self._shapes for contour in shape.contours]
+        self._obstacles = path_data(contours)
+        if self._keep is not None and not self._adopting:
+            state = self._history.present
+            text = room(state, self._keep)
+            if text is not None:
+                self._adopt(state.at(text))
+            self.error = CROWDED if text is None else ""
+
+
+def room(state: State, keep: NoOverlap) -> Text | None:
+    """The nearest text at which nothing overlaps; None if none is found."""
+    pins = [Pin(pin, state.text.position(pin)) for pin in state.pins]
+    solution = resolve_overlaps(
+        state.text,
+        keep.obstacles,
+        terms=[*pins, *terms(state.constraints, state.text)],
+        locks=state.locks,
+        seconds=ROOM_SECONDS,
+    )
+    return solution.text if solution.free else None
