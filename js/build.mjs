@@ -30,20 +30,22 @@ const ownFields = `session drawing layout positions inFlight waiting gestures ch
   vectors chains scalarsOf holds actions chosen placeOf word evaluate grab underline settle setWord
   resetAll setValues togglePin zoomStep lockIcon controls onAnswer onIdle expire typing previous
   selected write element position letters begin hover stale better tether request pressed pixel follow visible
-  animation release bounds beyond toFont changed unpin overlay dragging busy announce onmove ending toggleLock
-  resizes predict setShared setLocked gamma flush slopes sentAt saving lower upper pull press home cost slope
-  active weight clock past future version missing columns advances parts constant side miss carry throttle
-  apartLabel backdrop range kinks share held problem distance baseline timeout timer pause hold zoom last show
-  undo redo pins touching restart before reset pointer window number origin frame apart constrain silence drawn
-  steps marks`.split(/\s+/);
+  animation release bounds beyond toFont changed unpin overlay dragging busy announce onmove
+  ending toggleLock resizes predict setShared setLocked gamma flush slopes sentAt saving lower upper pull press home cost slope active weight
+  clock past future version missing columns advances parts constant side miss carry`.split(/\s+/);
+// Further names of the editor alone.
+const editorFields = `throttle apartLabel backdrop range kinks share held problem distance baseline timeout timer pause hold zoom
+  last show undo redo pins touching restart before reset pointer window number origin frame apart constrain
+  silence drawn steps marks`.split(/\s+/);
 
 async function bundle(entry) {
+  const names = entry === "index.js" ? [...ownFields, ...editorFields] : ownFields;
   const { outputFiles } = await build({
     entryPoints: [join(here, "src", entry)],
     bundle: true,
     format: "esm",
     minify: true,
-    mangleProps: new RegExp(`^(${ownFields.join("|")})$`),
+    mangleProps: new RegExp(`^(${names.join("|")})$`),
     target: "es2022",
     charset: "utf8",
     write: false,
