@@ -13,7 +13,8 @@ import numpy as np
 
 import vfwidget as vf
 from vfwidget.matching.catalogue import KEPT, fit_one, sweep_one
-from vfwidget.matching.fit import FITTED, Options
+from vfwidget.matching.fit import Options
+from vfwidget.matching.looks import FITTED
 from vfwidget.matching.match import Request, Settings
 
 from .table import Row

@@ -21,8 +21,9 @@ from scipy.optimize import minimize
 
 import vfwidget as vf
 from vfwidget.matching.images import part
+from vfwidget.matching.placement import place_on_ink
 from vfwidget.matching.scene import Scene
-from vfwidget.matching.start import candidates, placements, rank
+from vfwidget.matching.start import candidates, rank
 from vfwidget.raster import frame
 
 from .table import Row
@@ -186,7 +187,7 @@ def _grid(picture: Picture, seen: Array, seconds: float) -> bool:
 
 
 def _fitted(scene: Scene, thetas: Array, image: Array, ink: Array) -> tuple[float, Array]:
-    places = placements(scene.text, thetas, ink, 1, False)
+    places = place_on_ink(scene.text, thetas, ink, 1, False)
     return float(rank(scene, thetas, places, image, 1)[0]), places[0]
 
 
@@ -196,7 +197,7 @@ def _simplex(picture: Picture, seen: Array, seconds: float) -> bool:
     scene = Scene(text, picture.image.shape)
     ink = part(picture.image, 1, None)[1]
     thetas = candidates(text)
-    places = placements(text, thetas, ink, 1, False)
+    places = place_on_ink(text, thetas, ink, 1, False)
     first = int(rank(scene, thetas, places, picture.image, 1).argmin())
     n = len(text.font.axes)
     start = np.concatenate([thetas[first, 0], places[first]])

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
+
 import numpy as np
 import pytest
 
+import benchmarks
 import vfwidget as vf
 from benchmarks import overlap, reach, study
 from benchmarks.overlap_cases import KINDS, cases
@@ -75,3 +79,10 @@ def test_overlap_cases_have_a_free_witness_and_both_methods_run() -> None:
         assert not vf.overlaps(case.text.at(theta=case.witness), case.obstacles)
         for text in (overlap.resolved(case, restarts=0), overlap.planes_in_a_loop(case)):
             assert text.word is case.text.word
+
+
+def test_every_benchmark_can_be_imported() -> None:
+    """Their functions take too long to be run here, but what they import must exist."""
+    modules = [module.name for module in pkgutil.iter_modules(benchmarks.__path__)]
+    for name in (name for name in modules if name != "__main__"):
+        importlib.import_module(f"benchmarks.{name}")
