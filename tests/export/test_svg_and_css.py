@@ -64,3 +64,23 @@ def test_a_path_is_written(tmp_path: Path) -> None:
     for name, write in (("svg", text.to_svg), ("css", text.to_css)):
         assert write(tmp_path / name) is None
         assert (tmp_path / name).read_text(encoding="utf-8") == write()
+
+
+def test_the_union_has_the_same_ink_without_overlaps() -> None:
+    text = vf.Text("recursive", "N")
+    root = ET.fromstring(text.to_svg(union=True))
+    pen = AreaPen()
+    parse_path(root.find(f"{SVG}path").get("d"), pen)  # type: ignore[union-attr]
+    ink = _ink(text)
+    assert abs(pen.value) == pytest.approx(ink, rel=1e-3)
+    # Counted contour by contour, the N overlaps itself.
+    twice = AreaPen()
+    plain = ET.fromstring(text.to_svg()).find(f"{SVG}path")
+    parse_path(plain.get("d"), twice)  # type: ignore[union-attr]
+    assert abs(twice.value) > 1.01 * ink
+
+
+def _ink(text: vf.Text) -> float:
+    from vfwidget.overlap.shape import letters
+
+    return sum(letter.area() for letter in letters(text))

@@ -127,3 +127,12 @@ def test_nothing_is_fetched_or_run(monkeypatch):
 def test_placements_that_are_none(options):
     with pytest.raises(vf.OverlapError, match="scale must be a number > 0"):
         artwork('<rect width="9" height="2"/>', **options)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("size", ["1e308", "1e12"])
+def test_enormous_coordinates_are_refused(size):
+    with pytest.raises(vf.OverlapError, match="coordinates must be finite and at most"):
+        vf.Artwork(
+            f'<svg xmlns="http://www.w3.org/2000/svg"><rect width="{size}" height="9"/></svg>'
+        )

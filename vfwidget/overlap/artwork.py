@@ -16,7 +16,7 @@ from ..errors import OverlapError
 from ..limits import limits
 from ..outline.arrangement import nonzero
 from ..outline.union import odd, without_overlaps
-from .shape import polygon
+from .shape import LARGEST, polygon
 
 STEPS = 8
 """Straight steps that replace a curve in the outline of a stroke."""
@@ -62,7 +62,9 @@ class Artwork:
         placement = _placement(scale, position)
         source = _source(svg)
         _check(source)
-        elements = [(element, _subpaths(element)) for element in _elements(source)]
+        with np.errstate(all="ignore"):
+            elements = [(element, _subpaths(element)) for element in _elements(source)]
+            _check_size([s for _, subpaths in elements for s, _ in subpaths], placement)
         curves = sum(len(segments) for _, subpaths in elements for segments, _ in subpaths)
         if curves > limits.svg_curves:
             raise OverlapError(
@@ -183,6 +185,17 @@ def _check(source: str) -> None:
         raise OverlapError(
             f"The SVG has {expanded:,} elements after every <use> is expanded, and at most "
             f"{limits.svg_elements:,} are read; simplify it or raise vf.limits.svg_elements."
+        )
+
+
+def _check_size(curves: list[Array], placement: tuple[Array, Array]) -> None:
+    """Refuse coordinates that are not finite, or with which areas lose all their digits."""
+    placed = [abs(segments * placement[0] + placement[1]).max() for segments in curves]
+    largest = max([0.0, *placed, *(abs(segments).max() for segments in curves)])
+    if not (np.isfinite(placed).all() and largest <= LARGEST):
+        raise OverlapError(
+            f"The SVG has a coordinate of {largest:g}; coordinates must be finite and at most "
+            f"{LARGEST:g}, in SVG units and in font units. Check its transforms and the scale."
         )
 
 

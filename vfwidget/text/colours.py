@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from ..arrays import to_array
 from ..errors import TextError
 from ..font import Font
 from ..outline.paint import Palette, Shape
+from ..outline.union import without_overlaps
 
 
 def shapes(text: Any) -> list[Shape]:
@@ -38,6 +41,15 @@ def shapes(text: Any) -> list[Shape]:
             fill = layer.paint.at(w).shifted(placed.x, placed.y)
             found.append(Shape(layer.glyph.contours.split(outline), fill))
     return [shape for shape in found if shape.contours] or found[:1]
+
+
+def joined(shape: Shape) -> Shape:
+    """The shape with contours that neither cross nor overlap."""
+    contours = [to_array(contour) for contour in shape.contours]
+    if not contours:
+        return shape
+    sizes = [len(contour) for contour in contours]
+    return shape._replace(contours=without_overlaps(np.concatenate(contours), sizes))
 
 
 def palette_of(font: Font, palette: int | Sequence[Any]) -> Palette:

@@ -11,7 +11,7 @@ from ..export.css import declarations
 from ..export.files import written
 from ..export.svg import picture
 from ..font import Font
-from .colours import palette_of, shapes
+from .colours import joined, palette_of, shapes
 from .composition import Composition
 
 
@@ -28,6 +28,7 @@ class Exports:
         height: float | None = ...,
         background: str | None = ...,
         palette: int | Sequence[Any] = ...,
+        union: bool = ...,
     ) -> str: ...
     @overload
     def to_svg(
@@ -37,6 +38,7 @@ class Exports:
         height: float | None = ...,
         background: str | None = ...,
         palette: int | Sequence[Any] = ...,
+        union: bool = ...,
     ) -> None: ...
     def to_svg(
         self,
@@ -45,6 +47,7 @@ class Exports:
         height: float | None = None,
         background: str | None = None,
         palette: int | Sequence[Any] = 0,
+        union: bool = False,
     ) -> str | None:
         """Draw the text as an SVG document in font units.
 
@@ -59,6 +62,8 @@ class Exports:
         palette : int or list of colours
             The colours of colour glyphs: the index of a palette of the font, or as many colours
             of red, green, blue and alpha from 0 to 1. Default 0, the font's first palette.
+        union : bool
+            Whether contours that overlap are joined, for plotters and cutters. Default False.
 
         Returns
         -------
@@ -73,7 +78,7 @@ class Exports:
         """
         font = self.composition.font
         drawn = picture(
-            shapes(self),
+            [joined(shape) for shape in shapes(self)] if union else shapes(self),
             title=self.title,
             line=(font.descender, font.ascender),
             palette=palette_of(font, palette),
