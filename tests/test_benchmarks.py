@@ -71,6 +71,7 @@ def test_leaps_go_there_and_back_within_three_events() -> None:
         assert reach.leaps(axes) == count
 
 
+@pytest.mark.slow
 def test_overlap_cases_have_a_free_witness_and_both_methods_run() -> None:
     found = list(cases(3, seed=5))
     assert [case.kind for case in found] == list(KINDS)

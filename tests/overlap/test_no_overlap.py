@@ -57,7 +57,7 @@ def test_a_solve_with_other_terms():
     np.testing.assert_allclose(solution.text.position(top), text.position(top), rtol=0, atol=0.5)
 
 
-@pytest.mark.parametrize("method", ["area", "planes"])
+@pytest.mark.parametrize("method", ["area", pytest.param("planes", marks=pytest.mark.slow)])
 def test_letters_are_resolved(method):
     text = pushed_together()
     solution = vf.resolve_overlaps(text, method=method)
@@ -66,6 +66,7 @@ def test_letters_are_resolved(method):
     assert 0 < float((solution.theta - text.theta).norm()) < 1
 
 
+@pytest.mark.slow
 def test_a_gap_is_kept():
     solution = vf.resolve_overlaps(pushed_together(), gap=15.0)
     assert solution.free

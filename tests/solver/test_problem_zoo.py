@@ -16,6 +16,8 @@ import vfwidget as vf
 ITERATIONS = 1000
 DIGITS = 4
 AT_ITS_BEST = dict(x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=ITERATIONS)
+LONG = ("Bennett5", "Thurber", "MGH10", "MGH09", "ENSO", "Eckerle4", "MGH17")
+"""Regressions that take torch a second or more."""
 RUNS = [(name, start) for name in REGRESSIONS for start in (0, 1)]
 
 
@@ -64,7 +66,9 @@ def test_no_method_of_scipys_solves_more_regressions() -> None:
         assert len(ours) >= sum(scipy_digits(*run, method) >= DIGITS for run in RUNS)
 
 
-@pytest.mark.parametrize("name", REGRESSIONS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n in LONG)) for n in REGRESSIONS]
+)
 def test_tensors_and_both_starts_at_once(name: str) -> None:
     regression = REGRESSIONS[name]
     starts = torch.tensor(regression.starts, dtype=torch.float64)
