@@ -29,7 +29,8 @@ Each row compares 20 words at {PLACES} locations of a font's design space with H
 and their positions and advances. The last columns give the largest difference of a number in
 thousandths of the em, with the default features and with kerning off. HarfBuzz receives the same
 unrounded advance widths as vfwidget and works at a scale of 1024 steps a font unit. The column
-"whole units" compares with HarfBuzz as it works by itself, with advance widths in whole font units.
+"Whole units" compares with HarfBuzz at its own settings, which round advance widths to whole font
+units.
 
 This command repeats the measurement: `python tests/layout_table.py`.
 
