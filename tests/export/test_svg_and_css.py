@@ -51,6 +51,21 @@ def test_css_sets_every_axis() -> None:
     assert '.letter-2 { font-variation-settings: "wght" 400, "wdth" 100; }' in css
 
 
+def test_css_sets_features_and_tracking() -> None:
+    text = vf.Text("dynapuff", "hi", tracking=50, features={"kern": False, "liga": True})
+    assert text.to_css().splitlines()[1:3] == [
+        'font-feature-settings: "kern" 0, "liga" 1;',
+        f"letter-spacing: {50 / text.font.units_per_em:g}em;",
+    ]
+
+
+@pytest.mark.parametrize("height", [0, -1, float("nan"), float("inf"), "tall"])
+def test_a_picture_has_a_positive_height(height: object) -> None:
+    text = vf.Text("dynapuff", "hi")
+    with pytest.raises(vf.TextError, match="height must be a number of pixels > 0"):
+        text.to_svg(height=height)  # type: ignore[call-overload]
+
+
 def test_hostile_names_cannot_leave_the_string_that_they_are_in() -> None:
     css = declarations('"; } </style><script>\\', {'" ;}': 1.0})
     assert css == (

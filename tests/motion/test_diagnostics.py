@@ -48,6 +48,7 @@ def test_the_report_of_keyframes_has_no_energy() -> None:
     thin = vf.Text("recursive", "a", axes={"wght": 300})
     report = vf.Animation.from_keyframes([(0, thin), (1, thin.at(axes={"wght": 700}))]).report()
     assert "energy" not in report
+    assert "contact" not in report
     assert "wght        300 to 700" in report
     assert "at rest" not in report
 
@@ -70,3 +71,5 @@ def test_a_contact_sheet_shows_frames_in_order(fall) -> None:
     assert last.get_path().vertices[:, 1].min() < first.get_path().vertices[:, 1].min() - 80
     with pytest.raises(vf.VFWidgetError, match="at least 2 frames"):
         vf.plot.frames(fall, 1)
+    with pytest.raises(vf.VFWidgetError, match="received Text"):
+        vf.plot.frames(fall.text)

@@ -250,6 +250,7 @@ def test_too_many_images_are_refused_before_any_is_drawn() -> None:
         ("gif", {"fps": 0}, "fps"),
         ("gif", {"fps": "many"}, "fps"),
         ("gif", {"height": 0}, "height"),
+        ("svg", {"height": -1}, "height must be"),
     ],
 )
 def test_options_without_a_meaning_are_refused(

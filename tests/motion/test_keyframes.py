@@ -120,7 +120,7 @@ def test_the_energy_and_the_penetration_go_along(thin) -> None:
         ([(0, "a")], "pairs of seconds and a Text"),
         (7, "pairs of seconds and a Text"),
         ("decreasing", "must increase"),
-        ("other", "same string"),
+        ("other", "'abc' and 'abd' differ in: string; font"),
     ],
 )
 def test_wrong_keyframes_are_refused(thin, keyframes, message) -> None:
@@ -135,7 +135,42 @@ def test_wrong_keyframes_are_refused(thin, keyframes, message) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        ({"features": {"kern": False}}, "differ in: features, language, script or direction. Make"),
+        ({"direction": "rtl"}, "differ in: features, language, script or direction"),
+        ({"line_height": 900}, "differ in: line height"),
+        ({"tracking": 10}, "differ in: tracking"),
+        ({"shared": False}, "differ in: value of shared"),
+    ],
+)
+def test_keyframes_set_in_other_ways_are_refused(thin, options, message) -> None:
+    other = vf.Text(thin.font, "abc", **options)
+    with pytest.raises(vf.MotionError, match=message):
+        vf.Animation.from_keyframes([(0, thin), (1, other)])
+
+
+def test_a_font_that_was_loaded_twice_is_named(thin) -> None:
+    other = vf.Text("recursive", "abc")
+    with pytest.raises(vf.MotionError, match="load a font once and pass it to each Text"):
+        vf.Animation.from_keyframes([(0, thin), (1, other)])
+
+
+def test_only_animations_are_combined(thin, rise) -> None:
+    for combine in rise.chain, rise.overlay:
+        with pytest.raises(vf.MotionError, match="another Animation; received list"):
+            combine([rise])
+    with pytest.raises(vf.MotionError, match="terms must be a function"):
+        vf.Animation.from_terms(thin, vf.StayClose(), 1.0)
+    with pytest.raises(vf.MotionError, match="time must be a finite number"):
+        rise.at(float("nan"))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
         ({"easing": "bouncy"}, "easing must be one of"),
+        ({"easing": lambda part: None}, "easing must take an array"),
+        ({"easing": lambda part: 0.5}, "easing must take an array"),
+        ({"easing": lambda part: part * np.nan}, "easing must take an array"),
         ({"easing": (2, 0, 1, 1)}, "easing must be one of"),
         ({"delay": -1}, "delay must be"),
         ({"delay": [1, 2]}, "delay must be"),

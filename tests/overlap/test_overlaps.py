@@ -95,6 +95,11 @@ def test_obstacles_that_are_none(obstacles, message):
         vf.overlaps(vf.Text("recursive", "a"), obstacles)
 
 
+def test_the_first_argument_is_a_text():
+    with pytest.raises(vf.OverlapError, match="needs a Text first; received str"):
+        vf.overlaps("a")
+
+
 def test_spaces_have_no_outline():
     assert vf.overlaps(vf.Text("recursive", "a b"), [[(900, 0), (950, 0), (950, 9)]]) == []
     assert vf.overlaps(vf.Text("recursive", " "), [SQUARE]) == []

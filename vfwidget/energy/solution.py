@@ -100,7 +100,7 @@ class Solution:
         -------
         str
         """
-        lines = [f"{self.status} after {self.iterations} iterations: {self.message}", ""]
+        lines = [f"{self.status} after {self._steps}: {self.message}", ""]
         labels = [result.term.label() for result in self.terms]
         width = max(len(label) for label in labels)
         lines.append(f"{'term':{width}}  {'missed by':>11}  {'cost':>10}")
@@ -126,12 +126,16 @@ class Solution:
             lines += ["", "where glyphs change", *map(str, self.boundaries)]
         return "\n".join(lines)
 
+    @property
+    def _steps(self) -> str:
+        return f"{self.iterations} iteration{'' if self.iterations == 1 else 's'}"
+
     def __repr__(self) -> str:
         met = [result.met for result in self.terms if result.miss is not None]
         goals = f"{sum(met)} of {len(met)} goals met" if met else "no goals"
         return (
-            f"<Solution for {self.text.string!r}: {self.status} after {self.iterations} "
-            f"iterations, {goals}, cost {self.cost:.4g}\n"
+            f"<Solution for {self.text.string!r}: {self.status} after {self._steps}, {goals}, "
+            f"cost {self.cost:.4g}\n"
             f" axes {_short(self.axes)}>"
         )
 

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 
-def declarations(family: str, axes: Mapping[str, float] | Sequence[Mapping[str, float]]) -> str:
+def declarations(
+    family: str,
+    axes: Mapping[str, float] | Sequence[Mapping[str, float]],
+    features: Sequence[tuple[str, int]] = (),
+    tracking: float = 0.0,
+) -> str:
     """Write the declarations that set a text in a font at axis values.
 
     Parameters
@@ -13,19 +18,27 @@ def declarations(family: str, axes: Mapping[str, float] | Sequence[Mapping[str, 
     family : str
         Name of the font family.
     axes : mapping of tag to user value, or one for each letter
+    features : sequence of (tag, value)
+        OpenType features that differ from the defaults of the font.
+    tracking : float
+        Space after each letter, in em.
     """
-    name = f"font-family: {quoted(family)};"
+    lines = [f"font-family: {quoted(family)};"]
+    if features:
+        lines.append(f"font-feature-settings: {settings(dict(features))};")
+    if tracking:
+        lines.append(f"letter-spacing: {number(tracking)}em;")
     if isinstance(axes, Mapping):
-        return f"{name}\nfont-variation-settings: {settings(axes)};"
+        return "\n".join([*lines, f"font-variation-settings: {settings(axes)};"])
     rules = [
         f".letter-{index} {{ font-variation-settings: {settings(values)}; }}"
         for index, values in enumerate(axes, start=1)
     ]
-    return "\n".join([name, *rules])
+    return "\n".join([*lines, *rules])
 
 
 def settings(axes: Mapping[str, float]) -> str:
-    """The value of ``font-variation-settings``."""
+    """The value of ``font-variation-settings`` or ``font-feature-settings``."""
     return ", ".join(f"{quoted(tag)} {number(value)}" for tag, value in axes.items())
 
 

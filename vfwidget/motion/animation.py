@@ -26,7 +26,9 @@ Scenery = Sequence[Sequence[Array]]
 class Animation(Diagnostics, Exports):
     """One text at T times; it is immutable.
 
-    :func:`~vfwidget.simulate` and :meth:`from_keyframes` make animations.
+    :func:`~vfwidget.simulate`, :meth:`from_keyframes` and :meth:`from_terms` make animations.
+    ``animation[i]`` is frame i as a :class:`Text`, and a slice of frames is an Animation. All
+    parameters are attributes too.
 
     Parameters
     ----------
@@ -115,8 +117,13 @@ class Animation(Diagnostics, Exports):
         """The text at a time in seconds, interpolated between two frames.
 
         Before the first frame and after the last one, it stands still.
+
+        Raises
+        ------
+        MotionError
+            The time is not a finite number.
         """
-        return self._sampled(np.array([float(time)]))[0]
+        return self._sampled(np.array([read_number("time", time, -math.inf, math.inf, False)]))[0]
 
     @classmethod
     def from_keyframes(
@@ -191,12 +198,17 @@ class Animation(Diagnostics, Exports):
         Raises
         ------
         MotionError
-            The duration or ``fps`` is not a number > 0.
+            The duration or ``fps`` is not a number > 0, or ``terms`` is not a function.
         SolveError
             A term is not valid for this text.
         """
         length = read_number("duration", duration, 0.0, math.inf, True)
         rate = read_number("fps", fps, 0.0, math.inf, True)
+        if not callable(terms):
+            raise MotionError(
+                "terms must be a function of the time in seconds that returns terms; received "
+                f"{terms!r:.200}. Terms that stay the same can be written as lambda time: terms."
+            )
         times = np.arange(int(length * rate + 1e-9) + 1) / rate
         frames = [text]
         for time in times:
@@ -210,11 +222,11 @@ class Animation(Diagnostics, Exports):
         Raises
         ------
         MotionError
-            The animations show different texts.
+            An argument is not an Animation, or the animations show different texts.
         """
         result = self
         for other in others:
-            check_same(self.text, other.text)
+            self._check_other(other)
             start = result.times[-1] + 1 / result.fps - other.times[0]
             result = result._joined(other._retimed(other.times + start))
         return result
@@ -228,9 +240,9 @@ class Animation(Diagnostics, Exports):
         Raises
         ------
         MotionError
-            The animations show different texts.
+            ``other`` is not an Animation, or the animations show different texts.
         """
-        check_same(self.text, other.text)
+        self._check_other(other)
         times = np.union1d(self.times, other.times)
         base, more = self._sampled(times), other._sampled(times)
         theta, offsets, rotations = (
@@ -286,6 +298,11 @@ class Animation(Diagnostics, Exports):
             return self
         there = self.times[0] + np.clip(read_easing(easing)(parts), 0, 1) * self.duration
         return self._sampled(there)._retimed(self.times[0] + parts * length)
+
+    def _check_other(self, other: Any) -> None:
+        if not isinstance(other, Animation):
+            raise MotionError(f"Pass another Animation; received {type(other).__name__}.")
+        check_same(self.text, other.text)
 
     def _sampled(self, times: Array) -> Animation:
         """The animation at given times, interpolated; the result keeps their order as indices."""

@@ -42,7 +42,9 @@ class Diagnostics:
                 lines.append(f"{axis.tag:>6} {least:10.4g} to {most:.4g}")
         way = float(np.hypot(*np.moveaxis(self.positions - self.positions[0], -1, 0)).max())
         lines.append(f"letters move by at most {way:.4g} font units")
-        lines.append(f"deepest contact {self.penetration.max():.2g} font units")
+        if self.energy is not None or self.penetration.any():
+            # Nothing has looked for contacts in frames that were interpolated.
+            lines.append(f"deepest contact {self.penetration.max():.2g} font units")
         if self.energy is not None and len(self.energy) > 1:
             gain = float(np.diff(self.energy).max())
             change = float(self.energy[-1] - self.energy[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from typing import Any
 
@@ -71,7 +72,8 @@ class Exports(ImageExports):
         loop : bool
             Whether the animation repeats without end. Default True.
         tolerance : float, optional
-            In font units; see :class:`Exports`.
+            Largest error of a control point between keyframes, in font units. Default: 1/1000
+            of an em.
 
         Returns
         -------
@@ -157,6 +159,8 @@ class Exports(ImageExports):
         MotionError
             An option has no meaning, or there are colour glyphs.
         """
+        if height is not None:
+            height = read_number("height", height, 0.0, math.inf, True)
         letters, obstacles, box = outlines(self)
         made = animated_picture(
             letters,
@@ -186,7 +190,8 @@ class Exports(ImageExports):
         path : str or path, optional
             The file to write.
         tolerance : float, optional
-            In font units; see :class:`Exports`.
+            Largest error of a control point between keyframes, in font units. Default: 1/1000
+            of an em.
         ink : str
             Colour of the letters as in CSS. Default black.
 

@@ -39,7 +39,7 @@ def read_easing(easing: Easing) -> Callable[[Array], Array]:
     """
     if callable(easing):
         given = easing
-        return lambda part: np.asarray(to_array(given(part)))
+        return lambda part: _called(given, part)
     numbers = EASINGS.get(easing) if isinstance(easing, str) else easing
     try:
         x1, y1, x2, y2 = (float(number) for number in numbers or ())
@@ -62,6 +62,27 @@ def read_easing(easing: Easing) -> Callable[[Array], Array]:
     return eased
 
 
+def _called(easing: Callable[[Array], Any], part: Array) -> Array:
+    """The parts of the way that a caller's own easing gives.
+
+    Raises
+    ------
+    MotionError
+        They are not one finite number for each part of the time.
+    """
+    found = easing(part)
+    try:
+        way = to_array(found)
+    except (TypeError, ValueError, RuntimeError):
+        way = np.array(np.nan)
+    if way.shape != part.shape or not np.isfinite(way).all():
+        raise MotionError(
+            f"The easing must take an array of parts of the time, from 0 to 1, and return an array "
+            f"of the same shape, {part.shape}; it returned {found!r:.200}."
+        )
+    return way
+
+
 def _bezier(first: float, second: float, t: Array) -> Array:
     return 3 * (1 - t) ** 2 * t * first + 3 * (1 - t) * t * t * second + t**3
 
@@ -72,8 +93,8 @@ def read_keyframes(keyframes: Any) -> tuple[Array, list[Text]]:
     Raises
     ------
     MotionError
-        They are no pairs of a time and a text, the times do not increase, or the texts differ in
-        font, string, grouping of axes or tracking.
+        They are no pairs of a time and a text, the times do not increase, or the texts are not
+        states of one text.
     """
     try:
         pairs = [(time, text) for time, text in keyframes]
@@ -98,20 +119,24 @@ def check_same(first: Text, other: Text) -> None:
     Raises
     ------
     MotionError
-        They differ in font, string, grouping of axes or tracking.
+        They differ in more than axes and offsets; the message says in what.
     """
-    same = (
-        first.font is other.font
-        and first.string == other.string
-        and first.coordinates.shape == other.coordinates.shape
-        and len(first.glyphs) == len(other.glyphs)
-        and first.tracking == other.tracking
-    )
-    if not same:
+    one, two = first.composition, other.composition
+    equal = {
+        "string": first.string == other.string,
+        "font (load a font once and pass it to each Text)": first.font is other.font,
+        "value of shared": first.shared == other.shared,
+        "number of glyphs": len(first.glyphs) == len(other.glyphs),
+        "tracking": first.tracking == other.tracking,
+        "line height": one.line_height == two.line_height,
+        "features, language, script or direction": one.options == two.options,
+    }
+    differences = [name for name, same in equal.items() if not same]
+    if differences:
         raise MotionError(
-            "All frames must show the same string in the same font, with the same grouping of "
-            f"axes and the same tracking; received {first!r} and {other!r}. Make one from the "
-            "other by text.at(…)."
+            f"All frames must be states of one text, but the texts {first.string!r} and "
+            f"{other.string!r} differ in: {'; '.join(differences)}. Make one from the other by "
+            "text.at(…)."
         )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
+from ..errors import OverlapError
 from ..text import Text
 from .collisions import collisions
 from .common_area import Common
@@ -74,7 +75,7 @@ def overlaps(text: Text, obstacles: Any = ()) -> list[Overlap]:
     Raises
     ------
     OverlapError
-        An obstacle cannot be read, has no area, or is not finite.
+        ``text`` is not a Text; or an obstacle cannot be read, has no area, or is not finite.
 
     Examples
     --------
@@ -86,6 +87,8 @@ def overlaps(text: Text, obstacles: Any = ()) -> list[Overlap]:
     >>> found.pair, found.obstacle
     ((0, 0), True)
     """
+    if not isinstance(text, Text):
+        raise OverlapError(f"overlaps needs a Text first; received {type(text).__name__}.")
     own, others = letters(text), read_obstacles(obstacles)
     found = collisions(own, others)
     return [

@@ -47,8 +47,9 @@ class Resolution(Solution):
         Common area that is left, in square font units.
     free : bool
         Whether no overlap is left.
-    blocked_by : list of str
-        The axis bounds that stand in the way, if it is not free.
+    blocked_by : tuple of str
+        The axis bounds that stand in the way, such as ``"wght is at its minimum"``; empty if it
+        is free.
     """
 
     area: float = 0.0

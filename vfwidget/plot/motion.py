@@ -10,7 +10,9 @@ from matplotlib.axes import Axes
 from ..arrays import to_array
 from ..errors import VFWidgetError
 from ..motion.animation import Animation
-from .canvas import GREY, bare, caption, draw_glyph, panels, plain
+from ..solver.problem import is_count
+from .canvas import GREY, bare, caption, draw_glyph, panels
+from .subject import text_title
 
 ROW = 6
 """Frames in a row."""
@@ -36,9 +38,11 @@ def frames(animation: Animation, count: int = 12, ax: Axes | None = None) -> Any
     Raises
     ------
     VFWidgetError
-        ``count`` is below 2.
+        ``animation`` is not an Animation, or ``count`` is not a whole number ≥ 2.
     """
-    if count < 2:
+    if not isinstance(animation, Animation):
+        raise VFWidgetError(f"frames draws an Animation; received {type(animation).__name__}.")
+    if not is_count(count) or count < 2:
         raise VFWidgetError(f"A contact sheet needs at least 2 frames; received {count!r}.")
     indices = np.linspace(0, len(animation) - 1, count).round().astype(int)
     shown = [[to_array(s) for s in animation[i].segments()] for i in indices.tolist()]
@@ -55,5 +59,5 @@ def frames(animation: Animation, count: int = 12, ax: Axes | None = None) -> Any
         panel.set_ylim(low[1] - margin, high[1] + margin)
         panel.set_aspect("equal")
         panel.set_title(f"{animation.times[index]:.2f} s", fontsize="medium")
-    caption(host, plain(f"{animation.text.string} in {animation.text.font.family_name}"))
+    caption(host, text_title(animation.text.moved(np.zeros_like(animation.text.coordinates))))
     return drawn

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
+from numbers import Real
 from typing import Any, overload
 
 from ..errors import TextError
@@ -20,6 +22,7 @@ class Exports:
 
     composition: Composition
     axes: Any
+    tracking: Any
 
     @overload
     def to_svg(
@@ -74,8 +77,10 @@ class Exports:
         Raises
         ------
         TextError
-            The font has no such palette.
+            The height is not a number > 0, or the font has no such palette.
         """
+        if height is not None and not (isinstance(height, Real) and 0 < height < math.inf):
+            raise TextError(f"height must be a number of pixels > 0; received {height!r}.")
         font = self.composition.font
         drawn = picture(
             [joined(shape) for shape in shapes(self)] if union else shapes(self),
@@ -102,10 +107,14 @@ class Exports:
         Returns
         -------
         str or None
-            ``font-family`` and ``font-variation-settings``. With an axis vector for each letter
-            there is one rule for each letter, ``.letter-1`` and so on.
+            ``font-family`` and ``font-variation-settings``, and where the text has features or
+            tracking, ``font-feature-settings`` and ``letter-spacing``. With an axis vector for
+            each letter there is one rule for each letter, ``.letter-1`` and so on. Offsets, lines
+            and the language are left out.
         """
-        return written(declarations(self.composition.font.family_name, self.axes), path)
+        font = self.composition.font
+        features, tracking = self.composition.options.features, self.tracking / font.units_per_em
+        return written(declarations(font.family_name, self.axes, features, tracking), path)
 
     def to_font(self, path: str | os.PathLike[str] | None = None, name: str | None = None) -> Font:
         """The text's glyphs at its location as a static font; ``path`` writes it to a file, too.
