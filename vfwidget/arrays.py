@@ -82,16 +82,21 @@ def to_array(value: Any) -> Array:
     Raises
     ------
     VFWidgetError
-        The numbers are complex.
+        The numbers are complex, too large for floating point, or on a device without memory.
     """
     if type(value) is np.ndarray and value.dtype == np.float64:
         return value
     if is_tensor(value):
+        if value.is_meta:
+            raise VFWidgetError("Numbers must have values; received a tensor of the meta device.")
         value = value.detach().cpu().numpy()
     array = np.asarray(value)
     if array.dtype.kind == "c":
         raise _complex(array.dtype)
-    return array.astype(np.float64, copy=False)
+    try:
+        return array.astype(np.float64, copy=False)
+    except OverflowError:
+        raise VFWidgetError("Numbers must be below 1.8e308; received a larger integer.") from None
 
 
 def _complex(dtype: Any) -> VFWidgetError:

@@ -68,9 +68,40 @@ def test_an_energy_and_contours_of_obstacles_are_optional(wave) -> None:
         ({"rotations": "turned"}, r"\(5, 3\)"),
         ({"energy": [1, 2]}, r"\(5,\)"),
         ({"scenery": [[]]}, "5 frames"),
+        ({"scenery": 7}, "scenery must hold"),
+        ({"scenery": [[[1, 2]]] * 5}, "shape"),
+        ({"scenery": [[np.full((1, 4, 2), np.nan)]] * 5}, "finite"),
+        ({"times": [-1.7e308, 0, 1, 2, 1.7e308]}, "at most 1e"),
+        ({"offsets": np.full((5, 3, 2), 1e300)}, "at most 1e"),
+        ({"energy": [10**400] * 5}, "energy must be"),
     ],
 )
 def test_wrong_arrays_are_refused(wave, changed, message) -> None:
     given = {"text": wave.text, "times": wave.times, "theta": wave.theta, **changed}
     with pytest.raises(vf.MotionError, match=message):
         vf.Animation(**given)
+
+
+@pytest.mark.parametrize("time", [np.nan, np.inf, 10**400, "now", None, [0, 1]])
+def test_a_time_is_a_finite_number(wave, time) -> None:
+    with pytest.raises(vf.MotionError, match="time must be a finite number"):
+        wave.at(time)
+
+
+def test_far_times_are_those_of_the_ends(wave) -> None:
+    with np.errstate(all="raise"):
+        assert wave.at(1e308).axes == wave[-1].axes
+        assert wave.at(-1e308).axes == wave[0].axes
+
+
+@pytest.mark.parametrize("index", [1.5, "first", [0, 1], None])
+def test_a_frame_has_a_whole_number(wave, index) -> None:
+    with pytest.raises(TypeError):
+        wave[index]
+
+
+@pytest.mark.parametrize("other", [None, 1, "again", []])
+def test_only_animations_can_be_joined(wave, other) -> None:
+    for join in (wave.chain, wave.overlay):
+        with pytest.raises(vf.MotionError, match="Pass another Animation"):
+            join(other)

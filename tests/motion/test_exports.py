@@ -245,6 +245,15 @@ def test_too_many_images_are_refused_before_any_is_drawn() -> None:
         ("css", {"name": "a b"}, "name must be a letter"),
         ("css", {"name": '"></style><script>'}, "name must be a letter"),
         ("svg", {"tolerance": float("nan")}, "tolerance"),
+        ("svg", {"tolerance": 10**400}, "tolerance"),
+        ("svg", {"height": float("nan")}, "height"),
+        ("svg", {"height": -1}, "height"),
+        ("svg", {"height": "tall"}, "height"),
+        ("svg", {"background": 7}, "background"),
+        ("svg", {"loop": "yes"}, "loop must be True or False"),
+        ("css", {"loop": np.zeros(2)}, "loop must be True or False"),
+        ("gif", {"loop": 3}, "loop must be True or False"),
+        ("gif", {"height": 10**400}, "height"),
         ("lottie", {"ink": "nothing"}, "opaque colour"),
         ("gif", {"background": "#12345600"}, "opaque colour"),
         ("gif", {"fps": 0}, "fps"),
@@ -258,3 +267,16 @@ def test_options_without_a_meaning_are_refused(
 ) -> None:
     with pytest.raises(vf.MotionError, match=message):
         getattr(moving, f"to_{kind}")(**options)
+
+
+@pytest.mark.parametrize("string", ["a b", " "])
+def test_a_text_with_spaces_can_be_exported(string: str) -> None:
+    moving = film(string=string, frames=5)
+    ET.fromstring(moving.to_svg())
+    for row in letter_tracks(moving):
+        for track in row:
+            shown = blended(track, keyframes(track, 0.0), track.times)
+            np.testing.assert_allclose(shown, track.drawn, atol=1e-6)
+    assert len(json.loads(moving.to_json())["letters"]) == len(string)
+    json.loads(moving.to_lottie())
+    assert moving.to_gif(progress=False).startswith(b"GIF89a")

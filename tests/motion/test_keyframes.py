@@ -120,12 +120,15 @@ def test_the_energy_and_the_penetration_go_along(thin) -> None:
         ([(0, "a")], "pairs of seconds and a Text"),
         (7, "pairs of seconds and a Text"),
         ("decreasing", "must increase"),
+        ("enormous", "at most 1e"),
         ("other", "'abc' and 'abd' differ in: string; font"),
     ],
 )
 def test_wrong_keyframes_are_refused(thin, keyframes, message) -> None:
     if keyframes == "decreasing":
         keyframes = [(1, thin), (0, thin)]
+    elif keyframes == "enormous":
+        keyframes = [(-1e308, thin), (1e308, thin)]
     elif keyframes == "other":
         keyframes = [(0, thin), (1, vf.Text("recursive", "abd"))]
     with pytest.raises(vf.MotionError, match=message):
@@ -175,6 +178,13 @@ def test_only_animations_are_combined(thin, rise) -> None:
         ({"delay": -1}, "delay must be"),
         ({"delay": [1, 2]}, "delay must be"),
         ({"fps": 0}, "fps must be"),
+        ({"fps": 10**400}, "fps must be"),
+        ({"fps": 1e9}, "100,000"),
+        ({"fps": 1e300}, "100,000"),
+        ({"delay": np.inf}, "delay must be"),
+        ({"delay": 1e300}, "delay must be"),
+        ({"delay": 1e9}, "100,000"),
+        ({"easing": np.zeros((2, 2))}, "easing must be one of"),
     ],
 )
 def test_wrong_options_are_refused(thin, bold, options, message) -> None:
@@ -182,3 +192,19 @@ def test_wrong_options_are_refused(thin, bold, options, message) -> None:
         vf.Animation.from_keyframes([(0, thin), (1, bold)], **options)
     with pytest.raises(vf.MotionError, match="count must be"):
         vf.Animation.from_keyframes([(0, thin), (1, bold)]).loop(0)
+
+
+def test_too_many_frames_are_refused_before_any_is_made(thin, rise) -> None:
+    for make in (
+        lambda: rise.loop(99_999),
+        lambda: rise.retime(1e9),
+        lambda: rise.retime(fps=1e300),
+        lambda: vf.Animation.from_terms(thin, lambda time: vf.StayClose(), 1e300),
+    ):
+        with pytest.raises(vf.MotionError, match="100,000"):
+            make()
+
+
+def test_terms_are_a_function_of_the_time(thin) -> None:
+    with pytest.raises(vf.MotionError, match="function of the time"):
+        vf.Animation.from_terms(thin, vf.StayClose(), 1)

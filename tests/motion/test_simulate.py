@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import torch
 
 import vfwidget as vf
 
@@ -228,7 +229,15 @@ def test_an_animation_can_be_the_rest_state_and_an_obstacle() -> None:
     [
         ({"dt": 0}, "dt must be a finite number > 0"),
         ({"dt": -1}, "dt must be"),
-        ({"steps": 0}, "steps must be a whole number ≥ 1"),
+        ({"steps": 0}, "steps must be a whole number from 1"),
+        ({"steps": 10**9}, "from 1 to 100,000"),
+        ({"dt": 10**400}, "dt must be a finite number"),
+        ({"positions": "yes"}, "positions must be True or False"),
+        ({"rest": 10**400}, "rest is no state"),
+        ({"rest": torch.zeros(1, 2, device="meta")}, "rest is no state"),
+        ({"forces": 10**400}, "forces must be"),
+        ({"substeps": 10**400}, "substeps must be"),
+        ({"obstacles": 10**400}, "obstacles cannot be read"),
         ({"mass": -1}, "mass must be greater than 0"),
         ({"mass": [1, 2, 3]}, "mass must be a number"),
         ({"forces": (0, np.nan)}, "forces must be finite"),
@@ -251,6 +260,22 @@ def test_bad_input_is_refused(options, message) -> None:
     text = vf.Text("recursive", "ab")
     with pytest.raises(vf.MotionError, match=message):
         simulated(text, **{"steps": 3, **options})
+
+
+@pytest.mark.parametrize("string", ["a b", "a "])
+def test_a_space_has_no_mass_and_stays_where_it_is(string) -> None:
+    text = high(string, y=300)
+    fall = simulated(text, 4, forces=(0, -G), obstacles=[FLOOR], positions=True)
+    dropped = fall.positions[-1] - fall.positions[0]
+    np.testing.assert_allclose(dropped[0], (0, -G / 2 * fall.times[-1] ** 2), atol=1e-6)
+    np.testing.assert_array_equal(dropped[1], 0)
+    np.testing.assert_array_equal(text.place["offsets"], high(string, y=300).place["offsets"])
+    assert not simulated(vf.Text("recursive", string), 2).penetration.any()
+
+
+def test_a_text_without_outlines_cannot_move() -> None:
+    with pytest.raises(vf.MotionError, match="has no outlines"):
+        simulated(vf.Text("recursive", "  "), 2, positions=True)
 
 
 def test_simulate_needs_a_text() -> None:

@@ -239,3 +239,9 @@ def test_what_cannot_be_set_or_written_is_one_error(tmp_path):
     for write in (lambda: font.save(tmp_path / "font.ttf"), lambda: font.instance({"wght": 500})):
         with pytest.raises(vf.FontError, match="drawings of uni006E"):
             write()
+
+
+@pytest.mark.parametrize("glyphs", [None, 7, "ab", [1, 2]])
+def test_drawings_of_a_font_are_a_mapping(glyphs) -> None:
+    with pytest.raises(vf.GlyphError, match="must be a mapping"):
+        vf.load_font("recursive").with_glyphs(glyphs)

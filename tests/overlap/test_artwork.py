@@ -68,6 +68,14 @@ def test_y_points_up_and_artwork_is_placed():
     np.testing.assert_allclose(art.moved(5, -5).box, [[115, 135], [145, 175]])
     np.testing.assert_allclose(art.scaled(2).box, [[220, 280], [280, 360]])
     assert repr(art) == "<Artwork of 1 contours, 30 × 40>"
+    np.testing.assert_allclose(art.scaled("2").box, art.scaled(2).box)
+    for move in (
+        lambda: art.scaled(1e300),
+        lambda: art.moved(1e300, 0),
+        lambda: art.scaled(10**400),
+    ):
+        with np.errstate(all="raise"), pytest.raises(vf.OverlapError):
+            move()
 
 
 def test_strings_bytes_files_and_paths(tmp_path):

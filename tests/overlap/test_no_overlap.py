@@ -117,8 +117,11 @@ def test_cases_with_a_witness(case):
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"gap": -1}, "gap must be a finite number of font units ≥ 0"),
+        ({"gap": -1}, "gap must be a number of font units"),
         ({"gap": float("nan")}, "gap must be"),
+        ({"gap": 1e300}, "gap must be"),
+        ({"between_glyphs": np.zeros(2)}, "between_glyphs must be"),
+        ({"method": np.zeros(2)}, "method must be one of"),
         ({"method": "voxels"}, "method must be one of"),
         ({"between_glyphs": False}, "needs obstacles, or between_glyphs=True"),
         ({"obstacles": [[(0, 0), (1, np.inf), (2, 3)]]}, "must be finite"),
@@ -137,3 +140,8 @@ def test_swapped_and_bad_arguments_are_refused() -> None:
         vf.resolve_overlaps("NT")  # type: ignore[arg-type]
     with pytest.raises(vf.SolveError, match="restarts must be a whole number"):
         vf.resolve_overlaps(text, restarts="many")  # type: ignore[arg-type]
+    for seconds in ("soon", float("nan"), -1):
+        with pytest.raises(vf.SolveError, match="seconds must be"):
+            vf.resolve_overlaps(text, seconds=seconds)  # type: ignore[arg-type]
+    with pytest.raises(vf.SolveError, match="terms must be a sequence"):
+        vf.resolve_overlaps(text, terms=3)  # type: ignore[arg-type]

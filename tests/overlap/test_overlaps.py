@@ -103,3 +103,18 @@ def test_the_first_argument_is_a_text():
 def test_spaces_have_no_outline():
     assert vf.overlaps(vf.Text("recursive", "a b"), [[(900, 0), (950, 0), (950, 9)]]) == []
     assert vf.overlaps(vf.Text("recursive", " "), [SQUARE]) == []
+
+
+def test_there_may_be_more_obstacles_than_letters():
+    text = vf.Text("recursive", "N")
+    bars = [np.array([(0, y), (600, y), (600, y + 20), (0, y + 20)]) for y in (100, 300, 500)]
+    found = vf.solve(text, vf.NoOverlap(bars), max_iterations=2)
+    separate = [vf.overlaps(found.text, [bar])[0].area for bar in bars]
+    assert np.isclose(found.cost, sum(separate))
+    vf.check_derivative(vf.NoOverlap(bars), text)
+
+
+@pytest.mark.parametrize("text", [None, 7, "abc", np.zeros((3, 2))])
+def test_overlaps_need_a_text(text):
+    with pytest.raises(vf.OverlapError, match="needs a Text"):
+        vf.overlaps(text)

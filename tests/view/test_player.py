@@ -14,7 +14,7 @@ import vfwidget as vf
 from tests.export.test_page import HOSTILE, Page
 from tests.motion.films import film
 from vfwidget.view.film import describe_film
-from vfwidget.view.player import STATE
+from vfwidget.view.player import PAGE_TRAITS, STATE
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,21 @@ def test_a_bad_value_is_refused_and_changes_nothing(
 
 
 @pytest.mark.parametrize(
-    "message", [{"speed": "fast"}, {"time": None}, {"playing": {}}, {"onion": [1]}, {"loop": 3}]
+    "message",
+    [
+        {"speed": "fast"},
+        {"speed": True},
+        {"time": None},
+        {"playing": {}},
+        {"playing": 0},
+        {"onion": [1]},
+        {"onion": False},
+        {"loop": 3},
+        {"loop": 1},
+        {"height": float("nan")},
+        {"height": 400},
+        {"_word": {}},
+    ],
 )
 def test_a_bad_message_of_the_view_is_said_and_undone(
     player: vf.Player, message: dict[str, Any]
@@ -81,10 +95,18 @@ def test_a_bad_message_of_the_view_is_said_and_undone(
     (name,) = message
     before = getattr(player, name)
     player.set_state(message)
-    assert getattr(player, name) == before
+    assert getattr(player, name) == before and type(getattr(player, name)) is type(before)
     assert name in player.error
     player.set_state({"speed": 2})
     assert player.speed == 2 and player.error == ""
+
+
+@pytest.mark.parametrize("message", [None, 5, "ab", [1, 2]])
+def test_a_message_that_holds_no_state_is_refused(player: vf.Player, message: Any) -> None:
+    before = player.get_state(PAGE_TRAITS)
+    player.set_state(message)
+    assert player.error
+    assert player.get_state(PAGE_TRAITS) == before
 
 
 def test_another_animation_may_be_shown(player: vf.Player) -> None:

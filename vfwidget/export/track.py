@@ -122,7 +122,9 @@ def blended(track: Track, keys: list[int], times: Array, by_axes: bool = False) 
     def between(values: Array) -> Array:
         flat = values[keys].reshape(len(keys), -1)
         columns = [np.interp(times, track.times[keys], column) for column in flat.T]
-        return np.stack(columns, -1).reshape(len(times), *values.shape[1:])
+        # A space has no points, hence no columns.
+        table = np.reshape(columns, (flat.shape[1], len(times)))
+        return table.T.reshape(len(times), *values.shape[1:])
 
     if by_axes and track.evaluate is not None:
         points = track.evaluate(between(track.axes))

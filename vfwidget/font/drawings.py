@@ -27,10 +27,16 @@ class Drawings(dict[str, Glyph]):
         Raises
         ------
         GlyphError
-            The font has no such glyph, a drawing is no Glyph, or it has another number of axes.
+            ``glyphs`` is no mapping, the font has no such glyph, a drawing is no Glyph, or it has
+            another number of axes.
         """
+        if not isinstance(glyphs, Mapping):
+            raise GlyphError(
+                "glyphs must be a mapping of characters, glyph names or glyph ids to drawings; "
+                f"received {glyphs!r:.80}."
+            )
         drawings = Drawings(self)
-        for key, glyph in dict(glyphs).items():
+        for key, glyph in glyphs.items():
             own = find(key)
             if not isinstance(glyph, Glyph) or glyph.outline.axis_count != axis_count:
                 raise GlyphError(

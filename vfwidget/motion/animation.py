@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, ArrayLike, to_array
+from ..arrays import Array, ArrayLike
 from ..energy import Term, solve
 from ..errors import MotionError
 from ..text import Text
@@ -17,7 +18,7 @@ from ..text.place import AXES, OFFSETS
 from .diagnostics import Diagnostics
 from .exports import Exports
 from .keyframes import Easing, check_same, read_delays, read_easing, read_keyframes, transitions
-from .numbers import read_count, read_number
+from .numbers import check_frames, read_array, read_count, read_number, read_scenery
 
 Scenery = Sequence[Sequence[Array]]
 """For each frame, the closed contours (s, 4, 2) of the obstacles, in font units."""
@@ -70,29 +71,26 @@ class Animation(Diagnostics, Exports):
         if not isinstance(text, Text):
             raise MotionError(f"text must be a Text; received {type(text).__name__}.")
         self.text = text
-        self.times = _frozen("times", times)
+        self.times = read_array("times", times)
         count, letters = self.times.size, len(text.glyphs)
-        if self.times.ndim != 1 or not count or not (np.diff(self.times) > 0).all():
+        if self.times.ndim != 1 or not count or not (self.times[1:] > self.times[:-1]).all():
             raise MotionError(
                 f"times must be an increasing sequence of seconds; received {times!r:.200}."
             )
-        self.theta = _frozen("theta", theta, (count, *text.coordinates.shape))
+        self.theta = read_array("theta", theta, (count, *text.coordinates.shape))
         if offsets is None:
             offsets = np.repeat(text.place[OFFSETS][None], count, axis=0)
-        self.offsets = _frozen("offsets", offsets, (count, letters, 2))
+        self.offsets = read_array("offsets", offsets, (count, letters, 2))
         if rotations is None:
             rotations = np.zeros((count, letters))
-        self.rotations = _frozen("rotations", rotations, (count, letters))
+        self.rotations = read_array("rotations", rotations, (count, letters))
         if penetration is None:
             penetration = np.zeros(count)
-        self.penetration = _frozen("penetration", penetration, (count,))
-        self.energy = None if energy is None else _frozen("energy", energy, (count,))
-        self.scenery = ((),) * count if scenery is None else tuple(map(tuple, scenery))
-        if len(self.scenery) != count:
-            raise MotionError(
-                f"scenery must hold the contours of each of the {count} frames; it has "
-                f"{len(self.scenery)} entries."
-            )
+        self.penetration = read_array("penetration", penetration, (count,), math.inf)
+        self.energy = None
+        if energy is not None:
+            self.energy = read_array("energy", energy, (count,), math.inf)
+        self.scenery = read_scenery(((),) * count if scenery is None else scenery, count)
 
     def __len__(self) -> int:
         """The number of frames, T."""
@@ -101,6 +99,7 @@ class Animation(Diagnostics, Exports):
     def __getitem__(self, index: Any) -> Any:
         """A frame as a :class:`Text`; a slice of frames as an :class:`Animation`."""
         if not isinstance(index, slice):
+            index = operator.index(index)
             place = {AXES: self.theta[index], OFFSETS: self.offsets[index]}
             return self.text.moved_to({**self.text.place, **place})
         if not len(range(*index.indices(len(self)))) or (index.step or 1) < 0:
@@ -209,6 +208,7 @@ class Animation(Diagnostics, Exports):
                 "terms must be a function of the time in seconds that returns terms; received "
                 f"{terms!r:.200}. Terms that stay the same can be written as lambda time: terms."
             )
+        check_frames(length * rate + 1)
         times = np.arange(int(length * rate + 1e-9) + 1) / rate
         frames = [text]
         for time in times:
@@ -260,7 +260,9 @@ class Animation(Diagnostics, Exports):
         MotionError
             ``count`` is not a whole number ≥ 1.
         """
-        return self.chain(*[self] * (read_count("count", count) - 1))
+        times = read_count("count", count)
+        check_frames(len(self) * times)
+        return self.chain(*[self] * (times - 1))
 
     def reverse(self) -> Animation:
         """Run the animation backwards, over the same time."""
@@ -293,6 +295,7 @@ class Animation(Diagnostics, Exports):
         length = self.duration
         if duration is not None:
             length = read_number("duration", duration, 0.0, math.inf, True)
+        check_frames(length * rate + 1)
         parts = np.linspace(0, 1, max(round(length * rate), 1) + 1)
         if length == 0:
             return self
@@ -306,6 +309,7 @@ class Animation(Diagnostics, Exports):
 
     def _sampled(self, times: Array) -> Animation:
         """The animation at given times, interpolated; the result keeps their order as indices."""
+        times = np.clip(times, self.times[0], self.times[-1])
         after = np.clip(np.searchsorted(self.times, times), 1, max(len(self) - 1, 1))
         after = np.minimum(after, len(self) - 1)
         before = np.maximum(after - 1, 0)
@@ -372,23 +376,3 @@ class Animation(Diagnostics, Exports):
 
     def __repr__(self) -> str:
         return f"<Animation of {self.text.string!r}: {len(self)} frames, {self.duration:.4g} s>"
-
-
-def _frozen(name: str, values: Any, shape: tuple[int, ...] | None = None) -> Array:
-    """A read-only copy as a float64 array.
-
-    Raises
-    ------
-    MotionError
-        The shape is another one, or a number is not finite.
-    """
-    try:
-        array = np.array(to_array(values))
-    except (TypeError, ValueError, RuntimeError):
-        array = np.full((), np.nan)
-    if shape is not None and array.shape != shape:
-        raise MotionError(f"{name} must be numbers of shape {shape}; received {array.shape}.")
-    if not np.isfinite(array).all():
-        raise MotionError(f"{name} must be finite numbers; received {values!r:.200}.")
-    array.flags.writeable = False
-    return array

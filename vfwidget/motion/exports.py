@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from typing import Any
 
@@ -19,7 +18,7 @@ from ..export.lottie import lottie
 from ..export.page import font_face, page
 from ..text import Text
 from .image_exports import ImageExports, PathLike
-from .numbers import read_number
+from .numbers import LARGEST, read_flag, read_number
 from .spans import JOINER, Alternates, text_spans
 from .tracks import drawn_box, letter_tracks, outlines, user_coordinates
 
@@ -160,7 +159,9 @@ class Exports(ImageExports):
             An option has no meaning, or there are colour glyphs.
         """
         if height is not None:
-            height = read_number("height", height, 0.0, math.inf, True)
+            height = read_number("height", height, 0.0, LARGEST, True)
+        if not isinstance(background, str | None):
+            raise MotionError(f"background must be a CSS colour; received {background!r:.200}.")
         letters, obstacles, box = outlines(self)
         made = animated_picture(
             letters,
@@ -170,7 +171,7 @@ class Exports(ImageExports):
             frames=len(self.times),
             duration=self.duration or 1.0,
             tolerance=self._tolerance(tolerance),
-            loop=loop,
+            loop=read_flag("loop", loop),
             height=height,
             background=background,
         )
@@ -291,7 +292,7 @@ class Exports(ImageExports):
             # Browsers round the distance of the baseline to whole pixels; this one is exact where
             # the size of the font is a multiple of 10 px.
             box=(left / em, bottom / em, right / em, np.ceil(10 * top / em) / 10),
-            loop=loop,
+            loop=read_flag("loop", loop),
         )
         return element, sheet
 

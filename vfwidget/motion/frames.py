@@ -11,13 +11,14 @@ from ..arrays import Array, to_array
 from ..errors import MotionError
 from ..export.animated_svg import OBSTACLE_OPACITY
 from ..export.track import Track
-from .numbers import read_number
+from ..solver.problem import is_count
+from .numbers import MOST_FRAMES, read_number
 from .tracks import Box, outlines
 
 FPS = (0.01, 1000.0)
 """Least and most frames per second; no screen shows more."""
-MOST_FRAMES = 100_000
-"""Images of one export: almost half an hour at 60 frames per second."""
+HEIGHTS = (2, 2**20)
+"""Least and greatest height of an image in pixels."""
 
 
 def frame_numbers(animation: Any, fps: float) -> list[int]:
@@ -61,8 +62,11 @@ def coverages(animation: Any, height: int, fps: float, progress: bool) -> Iterat
     ImageError
         The images have more pixels than ``vfwidget.limits.raster_pixels``.
     """
-    if not isinstance(height, int | np.integer) or isinstance(height, bool) or height < 2:
-        raise MotionError(f"height must be a number of pixels, at least 2; received {height!r}.")
+    low, high = HEIGHTS
+    if not (is_count(height) and low <= height <= high):
+        raise MotionError(
+            f"height must be a number of pixels, {low} to {high:,}; received {height!r:.200}."
+        )
     numbers = frame_numbers(animation, fps)
     letters, obstacles, box = outlines(animation)
     size, placement = _camera(box, int(height))

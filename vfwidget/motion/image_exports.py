@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 from ..export.files import write_numbered, written
 from ..export.images import gif, painted, png, read_colour, video
 from .frames import FPS, coverages
-from .numbers import read_number
+from .numbers import read_flag, read_number
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 GIF_FPS = 25.0
@@ -62,7 +62,7 @@ class ImageExports:
         colours = read_colour("ink", ink), read_colour("background", background)
         delay = max(round(100 / read_number("fps", fps, *FPS, open_below=False)), 2)
         frames = coverages(self, height, 100 / delay, progress)
-        return written(gif(frames, 10 * delay, *colours, loop), path)
+        return written(gif(frames, 10 * delay, *colours, read_flag("loop", loop)), path)
 
     def to_mp4(
         self,

@@ -13,6 +13,7 @@ from ..errors import MotionError
 from ..solver.problem import is_number
 from ..text import Text
 from ..text.place import OFFSETS
+from .numbers import LARGEST, check_frames, read_array
 
 Easing: TypeAlias = "str | Sequence[float] | Callable[[Array], Any]"
 """The name of a CSS easing, the numbers of ``cubic-bezier``, or a function from part to part."""
@@ -40,10 +41,10 @@ def read_easing(easing: Easing) -> Callable[[Array], Array]:
     if callable(easing):
         given = easing
         return lambda part: _called(given, part)
-    numbers = EASINGS.get(easing) if isinstance(easing, str) else easing
+    numbers = EASINGS.get(easing, ()) if isinstance(easing, str) else easing
     try:
-        x1, y1, x2, y2 = (float(number) for number in numbers or ())
-    except (TypeError, ValueError):
+        x1, y1, x2, y2 = (float(number) for number in numbers)
+    except (TypeError, ValueError, RuntimeError, OverflowError):
         x1 = math.nan
     if not (0 <= x1 <= 1 and 0 <= x2 <= 1 and math.isfinite(y1 + y2)):
         raise MotionError(
@@ -104,8 +105,8 @@ def read_keyframes(keyframes: Any) -> tuple[Array, list[Text]]:
         raise MotionError(
             f"keyframes must be pairs of seconds and a Text; received {keyframes!r:.200}."
         )
-    times = np.array([float(time) for time, _ in pairs])
-    if not np.isfinite(times).all() or not (np.diff(times) > 0).all():
+    times = read_array("The times of keyframes", [time for time, _ in pairs])
+    if not (times[1:] > times[:-1]).all():
         raise MotionError(f"The times of keyframes must increase; received {times.tolist()}.")
     texts = [text for _, text in pairs]
     for text in texts[1:]:
@@ -153,8 +154,8 @@ def read_delays(delay: Any, letters: int) -> Array:
     except (TypeError, ValueError, RuntimeError):
         delays = np.full(1, np.nan)
     if delays.shape == ():
-        delays = delays * np.arange(letters)
-    if delays.shape != (letters,) or not (np.isfinite(delays) & (delays >= 0)).all():
+        delays = np.minimum(delays, 2 * LARGEST) * np.arange(letters)
+    if delays.shape != (letters,) or not ((delays >= 0) & (delays <= LARGEST)).all():
         raise MotionError(
             f"delay must be a number of seconds ≥ 0, or one for each of the {letters} letters; "
             f"received {delay!r}."
@@ -168,7 +169,9 @@ def transitions(
     """Frame times (T,), Θ (T, p, n) and offsets (T, l, 2) between keyframes."""
     ease = read_easing(easing)
     end = times[-1] + delays.max(initial=0.0)
-    frames = max(int(np.ceil((end - times[0]) * fps - 1e-9)), 0)
+    wanted = float(end - times[0]) * fps
+    check_frames(wanted + 1)
+    frames = max(math.ceil(wanted - 1e-9), 0)
     sampled = np.minimum(times[0] + np.arange(frames + 1) / fps, end)
     # Each letter is that much behind; the first keyframe lasts until it starts.
     local = np.clip(sampled[:, None] - delays, times[0], times[-1])

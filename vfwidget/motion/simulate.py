@@ -23,7 +23,7 @@ from .inputs import (
     read_rest,
     read_vectors,
 )
-from .numbers import read_count, read_number
+from .numbers import read_count, read_flag, read_number
 from .scene import Scene
 from .start import apart
 from .steps import NEARBY, BlockedError, Laws, State, Stepper
@@ -131,6 +131,8 @@ def simulate(
     if not isinstance(text, Text):
         raise MotionError(f"simulate needs a Text first; received {type(text).__name__}.")
     letters = len(text.glyphs)
+    if not any(glyph.contours for glyph in text.glyphs):
+        raise MotionError(f"The text {text.string!r} has no outlines, so nothing can move.")
     steps = read_count("steps", steps)
     auto = isinstance(substeps, str) and substeps == "auto"
     laws = Laws(
@@ -146,7 +148,7 @@ def simulate(
     outside = _Influences(text, over_time(rest), over_time(forces))
     outside.at(0.0)
     scene = Scene(text, over_time(obstacles))
-    body = Body(text, masses, bool(positions))
+    body = Body(text, masses, read_flag("positions", positions))
     start = apart(body, scene)
     laws = replace(
         laws, stiffness=laws.stiffness * body.inertia, damping=laws.damping * body.inertia

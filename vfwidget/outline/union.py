@@ -91,11 +91,15 @@ def _followers(parts: Array, following: Any, kept: Any, backwards: Any) -> Any:
     starts = np.setdiff1d(np.arange(len(kept)), follower)
     # Where contours cross, an end continues with the nearest start.
     gap = np.hypot(*(parts[ends, None, 3] - parts[None, starts, 0]).transpose(2, 0, 1))
+    left = len(ends)
     for flat in np.argsort(gap, axis=None, kind="stable"):
+        if not left:
+            break
         i, j = divmod(int(flat), len(starts))
         if follower[ends[i]] < 0 and starts[j] >= 0:
             follower[ends[i]] = starts[j]
             starts[j] = -1
+            left -= 1
     return follower
 
 

@@ -75,9 +75,7 @@ class Artwork:
         if not contours:
             raise OverlapError("The SVG draws nothing; it needs shapes with a fill or a stroke.")
         placed = [contour * placement[0] + placement[1] for contour in contours]
-        self.contours: list[Array] = without_overlaps(
-            np.concatenate(placed), [len(contour) for contour in placed]
-        )
+        self.contours: list[Array] = _joined(placed)
 
     @property
     def box(self) -> Array:
@@ -91,12 +89,13 @@ class Artwork:
 
     def scaled(self, factor: float) -> Artwork:
         """The same artwork, larger or smaller by a factor > 0 around the origin of the text."""
-        _placement(factor, (0, 0))
-        return self._like(np.zeros(2), factor)
+        return self._like(np.zeros(2), _placement(factor, (0, 0))[0][0])
 
     def _like(self, shift: Array, factor: float) -> Artwork:
         other = object.__new__(Artwork)
-        other.contours = [factor * contour + shift for contour in self.contours]
+        with np.errstate(over="ignore"):
+            other.contours = [factor * contour + shift for contour in self.contours]
+            _check_size(other.contours, (np.ones(2), np.zeros(2)))
         return other
 
     def __repr__(self) -> str:
@@ -108,7 +107,7 @@ def _placement(scale: Any, position: Any) -> tuple[Array, Array]:
     """The factor of x and y, and the shift."""
     try:
         factor, shift = float(scale), np.array([float(value) for value in position])
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RuntimeError, OverflowError):
         factor, shift = math.nan, np.zeros(2)
     if not (math.isfinite(factor) and factor > 0 and shift.shape == (2,)) or not (
         np.isfinite(shift).all()
@@ -225,13 +224,19 @@ def _drawn(element: Any, subpaths: list[tuple[Array, bool]]) -> list[Array]:
     if subpaths and element.fill is not None and element.fill.value is not None:
         rule = odd if element.values.get("fill-rule") == "evenodd" else nonzero
         closed = [_closed(segments) for segments, _ in subpaths]
-        found += without_overlaps(np.concatenate(closed), [len(c) for c in closed], rule)
+        found += _joined(closed, rule)
     width = float(element.implicit_stroke_width or 0.0)
     if element.stroke is not None and element.stroke.value is not None and width > 0:
         bars = [bar for segments, closed in subpaths for bar in _stroked(segments, closed, width)]
         if bars:
-            found += without_overlaps(np.concatenate(bars), [len(bar) for bar in bars])
+            found += _joined(bars)
     return found
+
+
+def _joined(contours: list[Array], rule: Any = nonzero) -> list[Array]:
+    """The boundary of the area that contours fill, as contours without overlaps."""
+    sizes = [len(contour) for contour in contours]
+    return without_overlaps(np.concatenate(contours), sizes, rule)
 
 
 def _subpaths(element: Any) -> list[tuple[Array, bool]]:

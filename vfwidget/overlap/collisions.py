@@ -45,8 +45,9 @@ class Collisions(NamedTuple):
         """
         common = self.common
         owner = self.pairs[common.pair, common.layer]
+        # The others belong to obstacles, of which there may be more than letters.
         own = ~self.obstacle[common.pair] | (common.layer == 0)
-        points = contours.segments[(starts[owner] + common.segment)[own]]
+        points = contours.segments[starts[owner[own]] + common.segment[own]]
         gradient = np.zeros((len(self.pairs), contours.point_count, 2))
         np.add.at(gradient, (common.pair[own][:, None], points), common.gradient()[own])
         return gradient

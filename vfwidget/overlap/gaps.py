@@ -276,7 +276,8 @@ def _sides(shapes: Sequence[Shape], contour: IntArray) -> Array:
     """
     weights = np.zeros(len(contour))
     first = 0
-    for shape in shapes:
+    # Nothing bounds the shape of a space.
+    for shape in (one for one in shapes if one.sizes):
         spans = shape.union()
         np.add.at(weights, first + spans.cubic, spans.weight * (spans.end - spans.start))
         first += sum(shape.sizes)

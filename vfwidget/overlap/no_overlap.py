@@ -6,7 +6,6 @@ and with the obstacles, so its square is the area itself. The derivative is exac
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -21,7 +20,7 @@ from ..text.points import PointSet
 from .collisions import Collisions, collisions
 from .overlaps import TOUCH
 from .planes import Planes, find_planes
-from .shape import Shape, letters, read_obstacles
+from .shape import LARGEST, Shape, letters, read_obstacles
 
 METHODS = ("area", "planes")
 
@@ -70,10 +69,16 @@ class NoOverlap(Term):
     def bind(self, text: Text) -> Term:
         """The term with its obstacles as shapes."""
         super().bind(text)
-        if self.method not in METHODS:
+        if not isinstance(self.between_glyphs, bool | np.bool_):
+            raise OverlapError(
+                f"between_glyphs must be True or False; got {self.between_glyphs!r:.200}."
+            )
+        if not (isinstance(self.method, str) and self.method in METHODS):
             raise OverlapError(f"method must be one of {METHODS}; got {self.method!r}.")
-        if not (isinstance(self.gap, int | float) and 0 <= self.gap < math.inf):
-            raise OverlapError(f"gap must be a finite number of font units ≥ 0; got {self.gap!r}.")
+        if not (isinstance(self.gap, int | float) and 0 <= self.gap <= LARGEST):
+            raise OverlapError(
+                f"gap must be a number of font units, 0 to {LARGEST:g}; got {self.gap!r:.200}."
+            )
         shapes = tuple(read_obstacles(self.obstacles))
         if not (shapes or self.between_glyphs):
             raise OverlapError("NoOverlap needs obstacles, or between_glyphs=True.")

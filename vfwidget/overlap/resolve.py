@@ -16,7 +16,7 @@ from ..energy.descent import descend
 from ..energy.energy import Energy
 from ..energy.solve import solution_of
 from ..errors import SolveError
-from ..solver.problem import Tolerances, is_count
+from ..solver.problem import Tolerances, is_count, is_number
 from ..text import Text
 from .no_overlap import NoOverlap
 from .overlaps import overlaps
@@ -102,7 +102,7 @@ def resolve_overlaps(
     OverlapError
         As for :class:`NoOverlap`.
     SolveError
-        A term is not valid for this text.
+        A term is not valid for this text, or another argument is not what is described above.
 
     Notes
     -----
@@ -122,6 +122,10 @@ def resolve_overlaps(
         raise SolveError(f"resolve_overlaps needs a Text first; received {type(text).__name__}.")
     if not is_count(restarts):
         raise SolveError(f"restarts must be a whole number ≥ 0; received {restarts!r}.")
+    if not (seconds is None or (is_number(seconds) and seconds >= 0)):
+        raise SolveError(f"seconds must be a number ≥ 0, or None; received {seconds!r:.200}.")
+    if not isinstance(terms, Sequence):
+        raise SolveError(f"terms must be a sequence of terms; received {terms!r:.200}.")
     until = math.inf if seconds is None else time.perf_counter() + seconds
     keep = NoOverlap(obstacles, between_glyphs, gap, method=method)
     search = _Search(text, keep, terms, locks)

@@ -17,7 +17,7 @@ from ..export.animated_svg import still_picture
 from ..export.files import written
 from ..export.page import page, view
 from ..motion.animation import Animation
-from ..motion.numbers import read_number
+from ..motion.numbers import read_flag, read_number
 from ..motion.tracks import has_colours, outlines
 from .bundle import PAGE_STYLE, built
 from .film import describe_film
@@ -191,40 +191,36 @@ class Player(anywidget.AnyWidget):
     def _on_time(self, _: Any) -> None:
         self._picture.expire()
 
-    @traitlets.validate("time")
-    def _check_time(self, proposal: Any) -> float:
-        return read_number(
-            "time", proposal["value"], 0.0, self.animation.duration, open_below=False
-        )
+    @traitlets.validate(*VIEW_TRAITS)
+    def _check_option(self, proposal: Any) -> Any:
+        return self._checked(proposal["trait"].name, proposal["value"])
 
-    @traitlets.validate("speed")
-    def _check_speed(self, proposal: Any) -> float:
-        return read_number("speed", proposal["value"], *SPEEDS, open_below=False)
-
-    @traitlets.validate("onion")
-    def _check_onion(self, proposal: Any) -> int:
-        return int(read_number("onion", proposal["value"], 0, MOST_ONION, open_below=False))
-
-    @traitlets.validate("playing", "loop")
-    def _check_flag(self, proposal: Any) -> bool:
-        if not isinstance(proposal["value"], bool):
-            raise MotionError(
-                f"{proposal['trait'].name} must be True or False; received {proposal['value']!r}."
-            )
-        return proposal["value"]
+    def _checked(self, name: str, value: Any) -> Any:
+        """The value of a trait that the view may change."""
+        if name in ("playing", "loop"):
+            return read_flag(name, value)
+        if name == "onion":
+            return int(read_number(name, value, 0, MOST_ONION, open_below=False))
+        low, high = (0.0, self.animation.duration) if name == "time" else SPEEDS
+        return read_number(name, value, low, high, open_below=False)
 
     @traitlets.validate("height")
     def _check_height(self, proposal: Any) -> int | None:
         return checked_height(proposal["value"])
 
     def set_state(self, sync_data: Any) -> None:
-        """Take state from the view; what cannot be taken is shown there and undone."""
-        before = {name: getattr(self, name) for name in VIEW_TRAITS}
+        """Take state from the view; what cannot be taken is refused, and said there."""
         try:
-            super().set_state(sync_data)
-            self.error = ""
-        except (MotionError, TypeError, AttributeError, traitlets.TraitError) as error:
-            for name, value in before.items():
-                setattr(self, name, value)
+            sync_data = dict(sync_data)
+            foreign = sync_data.keys() - set(VIEW_TRAITS)
+            if foreign:
+                raise MotionError(f"The view must not set {', '.join(map(str, foreign))}.")
+            # traitlets checks only after it has assigned, and 1 == True hides that from it.
+            for name, value in sync_data.items():
+                self._checked(name, value)
+        except (TypeError, ValueError) as error:
             self.send_state(VIEW_TRAITS)
             self.error = str(error)
+        else:
+            super().set_state(sync_data)
+            self.error = ""
