@@ -182,6 +182,7 @@ def test_only_animations_are_combined(thin, rise) -> None:
         ({"fps": 1e9}, "100,000"),
         ({"fps": 1e300}, "100,000"),
         ({"delay": np.inf}, "delay must be"),
+        ({"delay": -np.inf}, "delay must be"),
         ({"delay": 1e300}, "delay must be"),
         ({"delay": 1e9}, "100,000"),
         ({"easing": np.zeros((2, 2))}, "easing must be one of"),

@@ -154,7 +154,7 @@ def read_delays(delay: Any, letters: int) -> Array:
     except (TypeError, ValueError, RuntimeError):
         delays = np.full(1, np.nan)
     if delays.shape == ():
-        delays = np.minimum(delays, 2 * LARGEST) * np.arange(letters)
+        delays = np.clip(delays, -1, 2 * LARGEST) * np.arange(letters)
     if delays.shape != (letters,) or not ((delays >= 0) & (delays <= LARGEST)).all():
         raise MotionError(
             f"delay must be a number of seconds ≥ 0, or one for each of the {letters} letters; "
