@@ -118,3 +118,15 @@ def test_there_may_be_more_obstacles_than_letters():
 def test_overlaps_need_a_text(text):
     with pytest.raises(vf.OverlapError, match="needs a Text"):
         vf.overlaps(text)
+
+
+@pytest.mark.parametrize("depth", [0.005, 1.0])
+def test_the_depth_of_a_thin_overlap(depth: float) -> None:
+    text = vf.Text("shantell-sans", "f")
+    t = np.linspace(0, 1, 2001)
+    weights = np.stack([(1 - t) ** 3, 3 * (1 - t) ** 2 * t, 3 * (1 - t) * t * t, t**3])
+    low = min(float((weights.T @ s.numpy()[..., 1].T).min()) for s in text.segments())
+    top = low + depth
+    floor = [(-300, top - 100), (1500, top - 100), (1500, top), (-300, top)]
+    (found,) = vf.overlaps(text, [floor])
+    assert found.depth == pytest.approx(depth, rel=0.02)

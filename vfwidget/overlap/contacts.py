@@ -12,9 +12,9 @@ from ..outline.monotone import coefficients, evaluate, evaluate_slope
 from .shape import Shape
 
 SAMPLES = 8
-"""Points on each part of an outline that are looked at."""
+"""Points, or chords, on each part of an outline that are looked at."""
 NEWTON = 6
-"""Newton steps from the nearest sample to the nearest point."""
+"""Newton steps from the nearest chord to the nearest point."""
 
 
 class Points(NamedTuple):
@@ -61,14 +61,23 @@ def _points(shape: Shape, segment: IntArray, t: Array, weight: Array) -> Points:
 
 def nearest(points: Array, shape: Shape, spans: Spans) -> Points:
     """The point on the boundary of a shape that is nearest to each of the points (p, 2)."""
-    samples = sampled(shape, spans)
-    ends = np.flatnonzero(spans.weight)
-    offset = points[:, None] - samples.position
-    best = (offset * offset).sum(-1).argmin(1)
-    span = ends[best // SAMPLES]
+    bound = np.flatnonzero(spans.weight)
+    steps = np.arange(SAMPLES + 1) / SAMPLES
+    ts = spans.start[bound, None] + (spans.end - spans.start)[bound, None] * steps
+    curves = coefficients(shape.segments)[..., spans.cubic[bound]]
+    corners = np.moveaxis(evaluate(curves[..., None], ts), 0, -1)
+    low, along = corners[:, :-1].reshape(-1, 2), np.diff(corners, axis=1).reshape(-1, 2)
+    # A sample of another segment may be nearer than those of the nearest one, so chords decide.
+    away = points[:, None] - low
+    square = (along * along).sum(-1)
+    part = np.clip((away * along).sum(-1) / np.where(square > 0, square, 1.0), 0, 1)
+    away -= part[..., None] * along
+    best = (away * away).sum(-1).argmin(1)
+    span = bound[best // SAMPLES]
+    part = part[np.arange(len(best)), best]
+    t = ts[:, :-1].ravel()[best] + part * np.diff(ts, axis=1).ravel()[best]
     curves = coefficients(shape.segments)[..., spans.cubic[span]]
     low, high = spans.start[span], spans.end[span]
-    t = samples.t[best]
     for _ in range(NEWTON):
         away, along = evaluate(curves, t) - points.T, evaluate_slope(curves, t)
         bend = 2 * curves[2] + 6 * curves[3] * t
