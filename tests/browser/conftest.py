@@ -23,6 +23,7 @@ START_SECONDS = 90
 RUN_MILLISECONDS = 120_000
 
 
+@pytest.hookimpl(tryfirst=True)  # before the groups are read
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run all browser tests in one process, because they share the server and the browser."""
     for item in items:

@@ -123,12 +123,17 @@ def _beyond(energy: Energy, found: Descent) -> Iterator[tuple[tuple[int, int], T
     (letter, axis), text
         The entry of Θ that leaves the box.
     """
-    text = energy.text
-    place = energy.unknowns.place(found.state.x)
+    text, x = energy.text, found.state.x
+    if AXES not in energy.unknowns.slices:
+        return
+    place, part = energy.unknowns.place(x), energy.unknowns.slices[AXES]
+    at_side = ((x <= energy.lower) | (x >= energy.upper))[part].reshape(place[AXES].shape)
+    at_side &= ~at_ends(text, place[AXES])
+    if not np.count_nonzero(at_side):
+        return
     own = {name: place[name] for name in text.place}
     steps = held_axes(energy, found) / F2DOT14
-    inside = ~at_ends(text, place[AXES])
-    for letter, axis in np.argwhere(inside & (steps != 0)).tolist():
+    for letter, axis in np.argwhere(at_side & (steps != 0)).tolist():
         theta = place[AXES].copy()
         theta[letter, axis] += steps[letter, axis]
         yield (letter, axis), text.moved_to({**own, AXES: theta})

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..arrays import Array
 from ..errors import GlyphError
 from ..outline.cubics import bernstein, nearest
@@ -36,12 +38,13 @@ def nearest_handle(word: Word, points: Array, point: Array) -> Handle:
     return Handle(*owners[found], t, word=word)
 
 
-def carry(handle: Handle, word: Word, theta: Array) -> Handle:
+def carry(handle: Handle, word: Word) -> Handle:
     """The handle of a word that corresponds to that of the same text in another setting.
 
     The point keeps its contour, segment and parameter if the glyphs of both words have the same
-    contours. Otherwise it is the point of the new outline nearest to the old one at Θ, both
-    measured from the letter's origin.
+    contours. Otherwise it is the point of the new outline nearest to the old one, where both
+    outlines are those of the default and are measured from the letter's origin. So the point is
+    the same wherever the text stands, and a drag beyond a boundary does not slide along the glyph.
 
     Raises
     ------
@@ -56,7 +59,7 @@ def carry(handle: Handle, word: Word, theta: Array) -> Handle:
         return replace(handle, glyph=letter, word=word)
     if not after.contours:
         raise GlyphError(f"{handle.letter_name} has no outline there, so no point to hold.")
-    w = theta[0 if word.shared else letter]
+    w = np.zeros(len(word.font.axes))
     own = before.contours.indices[handle.contour][handle.segment]
     point = bernstein(handle.t) @ before.outline.value(w)[own]
     found, t = nearest(after.outline.value(w)[after.contours.segments], point)

@@ -342,7 +342,8 @@ class Text(Exports):
         """The point of this text's outline that corresponds to a handle made elsewhere.
 
         Where a glyph is another one here, the handle keeps its contour, segment and parameter if
-        both glyphs have the same contours. Otherwise it becomes the nearest point of the outline.
+        both glyphs have the same contours. Otherwise it becomes the nearest point of the outline,
+        measured between the default outlines of both glyphs.
 
         Raises
         ------
@@ -351,7 +352,7 @@ class Text(Exports):
         """
         if not self.owns(handle):
             raise GlyphError(f"{handle!r} is not a handle of this text, {self.string!r}.")
-        return carry(handle, self.word, self._theta)
+        return carry(handle, self.word)
 
     @property
     def breakpoints(self) -> list[Array]:
