@@ -1,4 +1,4 @@
-"""Real JupyterLab in a real Chromium: one server and one browser for all browser tests."""
+"""Real JupyterLab in a real Chromium: one server and one browser for each process of tests."""
 
 from __future__ import annotations
 
@@ -21,14 +21,6 @@ REQUIRED = bool(os.environ.get("VFWIDGET_REQUIRE_BROWSER"))
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 START_SECONDS = 90
 RUN_MILLISECONDS = 120_000
-
-
-@pytest.hookimpl(tryfirst=True)  # before the groups are read
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run all browser tests in one process, because they share the server and the browser."""
-    for item in items:
-        if item.get_closest_marker("browser"):
-            item.add_marker(pytest.mark.xdist_group("browser"))
 
 
 @pytest.fixture(scope="session")
