@@ -51,7 +51,11 @@ def test_reachable_drags_arrive(name: str, shared: bool) -> None:
     text = vf.Text(name, "age", shared=shared)
     for _ in range(12):
         handle = random_handle(text, rng)
-        goal = random_place(text, rng).position(handle)
+        place = random_place(text, rng)
+        if place.glyphs[handle.glyph] is not text.glyphs[handle.glyph]:
+            # The point of another glyph may lie where no point of this one comes to.
+            continue
+        goal = place.position(handle)
         before = text.theta.clone()
         solution = vf.solve(text, [vf.Target(handle, goal), vf.StayClose()])
         assert solution.status == "converged"
