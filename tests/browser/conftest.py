@@ -171,7 +171,7 @@ def lab(server: tuple[str, Path], browser: Any) -> Iterator[Any]:
     yield open_notebook
     _shut_kernels(address)
     context.close()
-    # JupyterLab throws this itself for what it had asked of a kernel that is restarted or shut down.
+    # JupyterLab throws this itself for requests to a kernel that is restarted or shut down.
     troubles = [trouble for trouble in troubles if "Canceled future for" not in trouble]
     assert not troubles, f"The page threw: {troubles}"
 
