@@ -24,7 +24,7 @@ LONG = {
     "12-settings-and-shaping",
 }
 """Notebooks that run for ten seconds or more."""
-SECONDS = 90
+SECONDS = 150
 NOWHERE = "http://127.0.0.1:9"
 ABSOLUTE_PATH = re.compile(r"""(?:^|[\s"'`(=])(?:/\w[\w.-]*/|~/|[A-Za-z]:\\|file:)""", re.MULTILINE)
 

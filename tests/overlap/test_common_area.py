@@ -20,21 +20,22 @@ UNIT = 2**20
 LETTERS = "AaBegNTRoO&8sSx%"
 
 
-def flattened(shape):
+def flattened(shape, chords):
     """The contours of a shape as polygons of many chords."""
-    t = np.arange(CHORDS) / CHORDS
+    t = np.arange(chords) / chords
     u = 1 - t
     weights = np.stack([u**3, 3 * u * u * t, 3 * u * t * t, t**3], -1)
     points = np.einsum("tj,sjd->std", weights, shape.segments)
     return [c.reshape(-1, 2) for c in np.split(points, np.cumsum(shape.sizes)[:-1])]
 
 
-def by_clipper(first, second):
+def by_clipper(first, second, chords=CHORDS):
     """The common area of two shapes, filled nonzero, by pyclipper."""
     unions = []
     for shape in (first, second):
         clipper = pyclipper.Pyclipper()
-        paths = [(UNIT * contour).round().astype(np.int64).tolist() for contour in flattened(shape)]
+        outline = flattened(shape, chords)
+        paths = [(UNIT * contour).round().astype(np.int64).tolist() for contour in outline]
         clipper.AddPaths(paths, pyclipper.PT_SUBJECT, True)
         fill = pyclipper.PFT_NONZERO
         unions.append(clipper.Execute(pyclipper.CT_UNION, fill, fill))
@@ -86,7 +87,10 @@ def test_all_pairs_of_letters(name):
         for other in LETTERS:
             first, second = two_letters(name, one + other, rng)
             got = area(first, second)
-            assert got == pytest.approx(by_clipper(first, second), rel=1e-5, abs=1e-2)
+            if got != pytest.approx(by_clipper(first, second), rel=1e-5, abs=1e-2):
+                # The chords of the referee may be too coarse for a small common area.
+                fine = by_clipper(first, second, 16 * CHORDS)
+                assert got == pytest.approx(fine, rel=1e-5, abs=1e-2)
 
 
 corner = st.tuples(*[st.integers(-20, 20)] * 2)
