@@ -96,14 +96,6 @@ def test_locks_are_respected():
     assert solution.free
 
 
-def test_the_last_corner_of_an_overlap_is_resolved():
-    # The common area is a corner that shrinks in every step; the descent must not end before.
-    text = vf.Text("roboto-flex", "NT", tracking=-500)
-    solution = vf.resolve_overlaps(text, restarts=0)
-    assert solution.free
-    assert float((solution.theta - text.theta).norm()) < 1.1
-
-
 def test_what_cannot_be_resolved():
     solution = vf.resolve_overlaps(vf.Text("dynapuff", "o"), [HUGE], restarts=1)
     assert not solution.free

@@ -33,11 +33,8 @@ BACK = 10
 """Halvings of the way from a free state back to the user's state."""
 INSIDE = 0.02
 """Part of that way from which the boundary of the free states is followed."""
-TOLERANCES = Tolerances(step=1e-7, absolute_cost=1e-4, cost_floor=1e-5)
-"""Of a descent: in normalized coordinates, and in square font units.
-
-Where two corners overlap, the common area is still above FREE_AREA when steps are 1e-6 long.
-"""
+TOLERANCES = Tolerances(step=1e-5, absolute_cost=1e-4, cost_floor=1e-5)
+"""Of a descent: in normalized coordinates, and in square font units."""
 
 
 @dataclass(frozen=True, repr=False)
