@@ -226,6 +226,7 @@ class _Search:
             f"{'maximum' if found.active[letter, axis] > 0 else 'minimum'}"
             for letter, axis in zip(*np.nonzero(found.active), strict=True)
         ]
-        free = self.is_free(x)
+        # Planes may be met while a sliver is left between their points.
+        free = self.is_free(x) and area <= FREE_AREA
         values = {field.name: getattr(found, field.name) for field in fields(found)}
         return Resolution(**values, area=area, free=free, blocked_by=() if free else tuple(blocked))
