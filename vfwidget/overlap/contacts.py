@@ -15,6 +15,8 @@ SAMPLES = 8
 """Points, or chords, on each part of an outline that are looked at."""
 NEWTON = 6
 """Newton steps from the nearest chord to the nearest point."""
+LEAST = 1e-9
+"""Font units: a way that is shorter has no direction."""
 
 
 class Points(NamedTuple):
@@ -68,23 +70,53 @@ def nearest(points: Array, shape: Shape, spans: Spans) -> Points:
     corners = np.moveaxis(evaluate(curves[..., None], ts), 0, -1)
     low, along = corners[:, :-1].reshape(-1, 2), np.diff(corners, axis=1).reshape(-1, 2)
     # A sample of another segment may be nearer than those of the nearest one, so chords decide.
-    away = points[:, None] - low
-    square = (along * along).sum(-1)
-    part = np.clip((away * along).sum(-1) / np.where(square > 0, square, 1.0), 0, 1)
-    away -= part[..., None] * along
-    best = (away * away).sum(-1).argmin(1)
+    best, part, _ = nearest_chord(points, low, along)
     span = bound[best // SAMPLES]
-    part = part[np.arange(len(best)), best]
     t = ts[:, :-1].ravel()[best] + part * np.diff(ts, axis=1).ravel()[best]
     curves = coefficients(shape.segments)[..., spans.cubic[span]]
     low, high = spans.start[span], spans.end[span]
     for _ in range(NEWTON):
-        away, along = evaluate(curves, t) - points.T, evaluate_slope(curves, t)
-        bend = 2 * curves[2] + 6 * curves[3] * t
-        slope = (along * along).sum(0)
-        curvature = slope + (away * bend).sum(0)
-        # Where the distance is not convex, the step of a straight line is taken.
-        curvature = np.where(curvature > 0.1 * slope, curvature, slope)
-        step = (away * along).sum(0) / np.where(curvature > 0, curvature, 1.0)
-        t = np.clip(t - step, low, high)
+        t = np.clip(t - step_toward(curves, t, points.T), low, high)
     return _points(shape, spans.cubic[span], t, spans.weight[span])
+
+
+def nearest_chord(points: Array, start: Array, along: Array) -> tuple[IntArray, Array, Array]:
+    """The chord that is nearest to each of the points (p, 2), of c chords.
+
+    Parameters
+    ----------
+    start, along : (c, 2) arrays
+        The beginnings of the chords, and the ways to their ends.
+
+    Returns
+    -------
+    chord : (p,) int array
+    part : (p,) array
+        Where on the chord the nearest point lies, 0 … 1.
+    distance : (p,) array
+    """
+    away = points[:, None] - start
+    square = np.maximum((along * along).sum(-1), LEAST**2)
+    part = np.clip((away * along).sum(-1) / square, 0, 1)
+    away -= part[..., None] * along
+    distance = (away * away).sum(-1)
+    best = distance.argmin(1)
+    row = np.arange(len(best))
+    return best, part[row, best], np.sqrt(distance[row, best])
+
+
+def step_toward(curves: Array, t: Array, position: Array) -> Array:
+    """How far a Newton step lowers t (p,) on the way to the points of curves nearest to positions.
+
+    Parameters
+    ----------
+    curves : (4, 2, p) array
+        Coefficients.
+    position : (2, p) array
+    """
+    away, along = evaluate(curves, t) - position, evaluate_slope(curves, t)
+    slope = (along * along).sum(0)
+    curvature = slope + (away * (2 * curves[2] + 6 * curves[3] * t)).sum(0)
+    # Where the distance is not convex, the step of a straight line is taken.
+    curvature = np.where(curvature > 0.1 * slope, curvature, slope)
+    return np.asarray((away * along).sum(0) / np.where(curvature > 0, curvature, np.inf))

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..arrays import Array, BoolArray, IntArray
 from ..outline.monotone import coefficients, evaluate, evaluate_slope
+from .contacts import LEAST, nearest_chord, step_toward
 from .shape import Shape
 
 CHORDS = 8
@@ -26,8 +27,6 @@ NEWTON = 3
 """Newton steps for a projection, and for the nearest point of a curve."""
 SAG = 4.0
 """A curve is at most so many font units away from its chords."""
-LEAST = 1e-9
-"""A distance below this has no direction; the normal of the outline is taken instead."""
 
 
 class Gaps(NamedTuple):
@@ -222,28 +221,16 @@ def _nearby(
     ends = _bernstein(np.concatenate([start, start + length])).reshape(2, -1, 4)
     low, high = (ends[..., None] * segments[index]).sum(2)
     along = high - low
-    away = position[kept, None] - low
-    square = np.maximum((along * along).sum(-1), LEAST**2)
-    part = np.clip((away * along).sum(-1) / square, 0, 1)
-    away -= part[..., None] * along
-    distance = (away * away).sum(-1)
-    best = distance.argmin(1)
-    row = np.arange(len(kept))
-    near = distance[row, best] < (reach + SAG) ** 2
-    row, best, kept = row[near], best[near], kept[near]
-    s = start[best] + part[row, best] * length[best]
+    best, part, distance = nearest_chord(position[kept], low, along)
+    near = distance < reach + SAG
+    best, part, kept = best[near], part[near], kept[near]
+    s = start[best] + part * length[best]
     return segment[kept], t[kept], index[best], s
 
 
 def _toward(curves: Array, s: Array, position: Array) -> Array:
     """One Newton step of parameters s (p,) towards the points of curves nearest to positions."""
-    distance, along = evaluate(curves, s) - position, evaluate_slope(curves, s)
-    square = (along * along).sum(0)
-    bend = square + (distance * (2 * curves[2] + 6 * curves[3] * s)).sum(0)
-    # Where the distance is not convex, the step of a straight line is taken.
-    bend = np.where(bend > 0.1 * square, bend, square)
-    step = (distance * along).sum(0) / np.where(bend > 0, bend, np.inf)
-    return np.asarray(np.clip(s - step, 0.0, 1.0))
+    return np.asarray(np.clip(s - step_toward(curves, s, position), 0.0, 1.0))
 
 
 _NONE = Gaps(
