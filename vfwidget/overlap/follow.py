@@ -96,13 +96,14 @@ def follow(
     x, goal = way.start, direct.state.x
     if way.is_clear(x, goal):
         return Followed(solution_of(way.wish, direct))
-    contacts = [NOWHERE]
+    contacts, cost = [NOWHERE], way.cost(x)
     for _ in range(SUBSTEPS):
         following, touched = way.slide(x, goal)
         contacts.append(touched)
-        if way.cost(following) > (1 - LESS) * way.cost(x):
+        less = way.cost(following)
+        if less > (1 - LESS) * cost:
             break
-        x = following
+        x, cost = following, less
     return Followed(solution_of(way.wish, way.ended(x, direct)), np.concatenate(contacts))
 
 
@@ -206,8 +207,9 @@ class _Way:
 
     def ended(self, x: Array, former: Descent) -> Descent:
         """A state as the end of a descent."""
-        state = replace(former.state, x=x, cost=self.cost(x))
-        return replace(former, state=state, results=self.wish.results(x))
+        results = self.wish.results(x)
+        state = replace(former.state, x=x, cost=sum(result.cost for result in results))
+        return replace(former, state=state, results=results)
 
 
 def middles(found: Collisions) -> Array:
