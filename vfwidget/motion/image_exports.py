@@ -138,7 +138,7 @@ class ImageExports:
         height, fps, ink, progress
             As for :meth:`to_mp4`.
         """
-        images = self._images(height, fps, ink, background, progress)
+        images = self._images(height, self._rate(fps), ink, background, progress)
         write_numbered(folder, map(png, images), "png")
 
     def _video(
@@ -150,13 +150,15 @@ class ImageExports:
         background: str | None,
         progress: bool,
     ) -> bytes:
-        fps = min(self.fps, VIDEO_FPS) if fps is None else fps
-        return video(self._images(height, fps, ink, background, progress), kind, fps)
+        rate = self._rate(fps)
+        return video(self._images(height, rate, ink, background, progress), kind, rate)
+
+    def _rate(self, fps: float | None) -> float:
+        return min(self.fps, VIDEO_FPS) if fps is None else fps
 
     def _images(
-        self, height: int, fps: float | None, ink: str, background: str | None, progress: bool
+        self, height: int, fps: float, ink: str, background: str | None, progress: bool
     ) -> Iterator[Any]:
-        fps = min(self.fps, VIDEO_FPS) if fps is None else fps
         front = read_colour("ink", ink)
         back = None if background is None else read_colour("background", background)
         return (painted(one, front, back) for one in coverages(self, height, fps, progress))
