@@ -233,11 +233,17 @@ def _explain(
 ) -> str:
     """In words: how near the result comes to the missed goals, and which bounds limit it."""
     worst = max(missed, key=lambda result: result.shortfall)
-    held = []
-    for letter, axis in zip(*np.nonzero(active), strict=True):
-        where = "" if text.shared else f" of letter {letter + 1}"
-        end = "maximum" if active[letter, axis] > 0 else "minimum"
-        held.append(f"{text.font.axes[axis].tag}{where} is at its {end}")
+    held = ends_reached(text, active)
     held += [str(met) for met in boundaries if not met.crossed]
     nearest = f"{worst.term.label()} is missed by {worst.term.missed_by(worst.miss or 0.0)}"
     return f"{nearest}; {', '.join(held)}" if held else nearest
+
+
+def ends_reached(text: Text, active: Array) -> list[str]:
+    """In words: the axes that are held at an end, where ``active`` is as in :class:`Solution`."""
+    found = []
+    for letter, axis in zip(*np.nonzero(active), strict=True):
+        where = "" if text.shared else f" of letter {letter + 1}"
+        end = "maximum" if active[letter, axis] > 0 else "minimum"
+        found.append(f"{text.font.axes[axis].tag}{where} is at its {end}")
+    return found

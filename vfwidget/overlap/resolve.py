@@ -14,7 +14,7 @@ from ..arrays import Array
 from ..energy import Solution, StayClose, Term
 from ..energy.descent import descend
 from ..energy.energy import Energy
-from ..energy.solve import solution_of
+from ..energy.solve import ends_reached, solution_of
 from ..errors import SolveError
 from ..solver.problem import Tolerances, is_count, is_number
 from ..text import Text
@@ -220,13 +220,8 @@ class _Search:
         found = solution_of(energy, descend(energy, x, TOLERANCES, MOST_STEPS))
         left = overlaps(found.text, self.keep.obstacles)
         area = sum(o.area for o in left if o.obstacle or self.keep.between_glyphs)
-        names = [axis.tag for axis in self.text.font.axes]
-        blocked = [
-            f"{names[axis]}{'' if self.text.shared else f' of letter {letter + 1}'} is at its "
-            f"{'maximum' if found.active[letter, axis] > 0 else 'minimum'}"
-            for letter, axis in zip(*np.nonzero(found.active), strict=True)
-        ]
         # Planes may be met while a sliver is left between their points.
         free = self.is_free(x) and area <= FREE_AREA
         values = {field.name: getattr(found, field.name) for field in fields(found)}
-        return Resolution(**values, area=area, free=free, blocked_by=() if free else tuple(blocked))
+        blocked = () if free else tuple(ends_reached(self.text, found.active))
+        return Resolution(**values, area=area, free=free, blocked_by=blocked)
