@@ -126,8 +126,8 @@ def _beyond(energy: Energy, found: Descent) -> Iterator[tuple[tuple[int, int], T
     text, x = energy.text, found.state.x
     if AXES not in energy.unknowns.slices:
         return
-    place, part = energy.unknowns.place(x), energy.unknowns.slices[AXES]
-    at_side = ((x <= energy.lower) | (x >= energy.upper))[part].reshape(place[AXES].shape)
+    place = energy.unknowns.place(x)
+    at_side = energy.by_letter((x <= energy.lower) | (x >= energy.upper))
     at_side &= ~at_ends(text, place[AXES])
     if not np.count_nonzero(at_side):
         return

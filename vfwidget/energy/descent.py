@@ -129,5 +129,5 @@ def held_axes(energy: Energy, found: Descent) -> Array:
     held = np.where(energy.lower < energy.upper, held, 0)
     active = np.zeros(energy.text.coordinates.shape, dtype=int)
     if AXES in energy.unknowns.slices:
-        active = held[energy.unknowns.slices[AXES]].reshape(active.shape)
+        active = energy.by_letter(held)
     return active

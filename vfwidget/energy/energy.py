@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -129,6 +130,10 @@ class Energy:
         # A drag: everything is compiled, and Θ is all that moves.
         self._only_axes = bool(terms) and not self._others and self.unknowns.is_only(AXES)
         self._sizes: list[int] | None = None
+
+    def by_letter(self, values: Any) -> Any:
+        """An array for the free unknowns (N,), as that of the axes in the shape of Θ."""
+        return values[self.unknowns.slices[AXES]].reshape(self.text.coordinates.shape)
 
     @property
     def kinks(self) -> Array:

@@ -53,10 +53,10 @@ def _steps(energy: Energy, x: Array) -> Iterator[Array]:
 
     A step moves one axis, and with it the axis whose final coordinate then stays as it is.
     """
-    text, part = energy.text, energy.unknowns.slices[AXES]
+    text = energy.text
     displacement = text.font.displacement
     assert displacement is not None
-    theta = x[part].reshape(text.coordinates.shape)
+    theta = energy.by_letter(x)
     for letter, w in enumerate(theta):
         final = displacement.value(w)
         both = {
@@ -75,7 +75,6 @@ def _steps(energy: Energy, x: Array) -> Iterator[Array]:
                     direction[letter, j] = side
                     direction[letter, i] = -side * slopes[i, j] / slopes[i, i]
                     for reach in REACHES:
-                        moved = x.copy()
-                        moved[part] += reach * direction.ravel()
+                        moved = x + reach * energy.unknowns.flat({AXES: direction})
                         if ((moved >= energy.lower) & (moved <= energy.upper)).all():
                             yield moved

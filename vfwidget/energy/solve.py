@@ -23,6 +23,7 @@ from .handle_terms import Pin
 from .oblique import along_planes
 from .solution import UNREACHABLE, Solution
 from .term import MET, Term, TermResult
+from .tied import Ties, energy_of
 
 LEAST_GAIN = 1e-4
 """Squared font units: the solve ends when a step lowers the cost by less. Without this limit it
@@ -41,6 +42,7 @@ def solve(
     *,
     free: Collection[str] = (AXES,),
     locks: Collection[str] = (),
+    ties: Ties = (),
     max_iterations: int = 100,
     step_tolerance: float = 1e-9,
     restarts: int = 8,
@@ -59,6 +61,9 @@ def solve(
         displacements of the letters. Blocks that a term adds are always free.
     locks : collection of str
         Tags of axes that keep their values. Default: none.
+    ties : sequence of sequences of int
+        Groups of letters that share one axis vector, such as ``[(0, 1, 2)]``, in a text with one
+        for each letter. A group starts from the axis values of its first letter. Default: none.
     max_iterations : int
         Largest number of accepted steps. Default 100.
     step_tolerance : float
@@ -84,7 +89,8 @@ def solve(
     ------
     SolveError
         There are no terms, a handle belongs to another text, a number is not finite or out of
-        range, a term has no value at the start, or a block of unknowns does not exist.
+        range, a term has no value at the start, a block of unknowns does not exist, or a letter is
+        in two groups of ``ties``.
     AxisError
         A lock is no axis of the font.
 
@@ -105,7 +111,7 @@ def solve(
     if not is_count(restarts):
         raise SolveError(f"restarts must be a whole number ≥ 0; received {restarts!r}.")
     until = _end_of(restart_seconds)
-    energy = Energy(text, terms, free, locks)
+    energy = energy_of(text, terms, free, locks, ties)
     tolerances = _tolerances(step_tolerance, energy.terms)
 
     def run(energy: Energy, x: Array) -> Descent:

@@ -17,11 +17,12 @@ import numpy as np
 from ..arrays import Array
 from ..energy import Derivative, Solution, StayClose, Term
 from ..energy.descent import Descent, descend
-from ..energy.energy import Energy
 from ..energy.solve import solution_of
+from ..energy.tied import Ties, energy_of
 from ..outline.monotone import evaluate
 from ..solver.problem import Tolerances
 from ..text import Text
+from ..text.place import AXES
 from .collisions import Collisions, collisions
 from .no_overlap import NoOverlap
 from .overlaps import TOUCH
@@ -69,6 +70,7 @@ def follow(
     keep: NoOverlap,
     *,
     locks: Collection[str] = (),
+    ties: Ties = (),
     max_iterations: int = 30,
 ) -> Followed:
     """Move a text towards the minimum of its terms, as far as the way is free.
@@ -83,6 +85,8 @@ def follow(
         What must not overlap.
     locks : collection of str
         Tags of axes that keep their values.
+    ties : sequence of sequences of int
+        As for :func:`~vfwidget.solve`.
     max_iterations : int
         Most steps of the solver while nothing is met. Default 30.
 
@@ -91,7 +95,7 @@ def follow(
     Followed
         The state has no more common area than ``text``.
     """
-    way = _Way(text, terms, keep, locks)
+    way = _Way(text, terms, keep, locks, ties)
     direct = descend(way.wish, way.wish.unknowns.start, TOLERANCES, max_iterations)
     x, goal = way.start, direct.state.x
     if way.is_clear(x, goal):
@@ -129,12 +133,17 @@ class _Way:
     """The energy of a drag, and what is free on the way."""
 
     def __init__(
-        self, text: Text, terms: Sequence[Term], keep: NoOverlap, locks: Collection[str]
+        self,
+        text: Text,
+        terms: Sequence[Term],
+        keep: NoOverlap,
+        locks: Collection[str],
+        ties: Ties,
     ) -> None:
-        self.text, self.terms, self.locks = text, terms, locks
+        self.text, self.terms, self.locks, self.ties = text, terms, locks, ties
         self.obstacles, self.between = read_obstacles(keep.obstacles), keep.between_glyphs
         self.points = text.point_set()
-        self.wish = Energy(text, terms, locks=locks)
+        self.wish = energy_of(text, terms, locks=locks, ties=ties)
         self.start = self.wish.unknowns.start
         self.limit = max(float(self.found(self.start).common.area.sum()), TOUCH)
 
@@ -169,7 +178,8 @@ class _Way:
                 return goal, np.concatenate(contacts)
             contacts.append(middles(found))
             walls.append(self.walls(reached, found))
-            energy = Energy(self.text, [*self.terms, *calm, *walls], locks=self.locks)
+            wanted = [*self.terms, *calm, *walls]
+            energy = energy_of(self.text, wanted, locks=self.locks, ties=self.ties)
             goal = descend(energy, reached, TOLERANCES, STEPS).state.x
         goal = self.nearby(x, goal)
         return x + self.free(x, goal, TOUCH) * (goal - x), np.concatenate(contacts)
@@ -199,7 +209,7 @@ class _Way:
         )
         slopes = by_theta / length[deep, None]
         depths = found.common.area[deep] / length[deep] + CLEAR
-        return Walls(slopes, depths - slopes @ x)
+        return Walls(slopes, depths - slopes @ self.place(x)[AXES].ravel())
 
     def cost(self, x: Array) -> float:
         """The cost of the terms."""

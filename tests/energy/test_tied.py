@@ -1,0 +1,90 @@
+"""Letters that share one axis vector in a solve."""
+
+import numpy as np
+import pytest
+import torch
+
+import vfwidget as vf
+from vfwidget.energy.tied import energy_of
+from vfwidget.overlap.follow import follow
+
+
+@pytest.fixture(scope="module")
+def text() -> vf.Text:
+    return vf.Text("recursive", "none", axes={"wght": 500, "CASL": 0.3}, shared=False)
+
+
+def target(text: vf.Text, letter: int, dx: float, dy: float) -> vf.Target:
+    handle = text.handle(letter, 0, 3, 0.5)
+    x, y = text.position(handle).tolist()
+    return vf.Target(handle, (x + dx, y + dy))
+
+
+def test_all_letters_tied_are_a_word_with_shared_axes(text):
+    shared = vf.Text("recursive", "none", axes={"wght": 500, "CASL": 0.3})
+    tied = vf.solve(text, [target(text, 2, 25, 10), vf.StayClose()], ties=[range(4)])
+    one = vf.solve(shared, [target(shared, 2, 25, 10), vf.StayClose()])
+    assert tied.status == one.status
+    assert tied.cost == pytest.approx(one.cost, abs=1e-6)
+    assert np.allclose(tied.theta, one.theta.expand(4, -1), atol=1e-6)
+
+
+def test_letters_of_a_group_stay_equal_and_the_others_are_free(text):
+    solution = vf.solve(text, [target(text, 2, 5, 20), vf.StayClose(1e-3)], ties=[(1, 2)])
+    assert solution.converged
+    first, second, third, _ = solution.theta
+    assert torch.equal(second, third)
+    assert not torch.equal(second, text.theta[1])
+    assert not torch.equal(first, second)
+
+
+def test_a_group_starts_from_its_first_letter():
+    text = vf.Text("recursive", "no", axes=[{"wght": 400}, {"wght": 900}], shared=False)
+    solution = vf.solve(text, vf.StayClose(), ties=[(1, 0)])
+    assert [values["wght"] for values in solution.axes] == [900, 900]
+
+
+def test_the_jacobian_follows_from_differences(text):
+    terms = [target(text, 1, 5, 5), vf.SharedY([text.handle(0, 0, 1), text.handle(3, 0, 2)])]
+    energy = energy_of(text, terms, ties=[(0, 1), (3, 2)])
+    z = np.random.default_rng(4).uniform(0.2, 0.6, len(energy.lower))
+    differences = [
+        (energy.residual(z + step) - energy.residual(z - step)) / 2e-6
+        for step in 1e-6 * np.eye(len(z))
+    ]
+    assert np.allclose(energy.jacobian(z), np.transpose(differences), atol=1e-3)
+
+
+def test_locks_and_pins_hold(text):
+    handle = text.handle(0, 0, 0)
+    terms = [target(text, 1, 30, 0), vf.Pin(handle), vf.StayClose()]
+    solution = vf.solve(text, terms, locks=["slnt"], ties=[(0, 1)])
+    assert all(values["slnt"] == 0 for values in solution.axes)
+    assert torch.dist(solution.text.position(handle), text.position(handle)) < 0.5
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_nothing_tied_is_the_usual_energy(shared):
+    text = vf.Text("recursive", "no", shared=shared)
+    for ties in [(), [(0,), (1,)]]:
+        assert type(energy_of(text, [vf.StayClose()], ties=ties)).__name__ == "Energy"
+
+
+@pytest.mark.parametrize("ties", [3, [3], [(0, 9)], [(-1, 0)], [(0, 1), (1, 2)], [(1, 1)], ["ab"]])
+def test_wrong_ties_are_refused(text, ties):
+    with pytest.raises(vf.SolveError, match="ties"):
+        vf.solve(text, vf.StayClose(), ties=ties)
+
+
+def test_tied_letters_avoid_an_obstacle_together():
+    text = vf.Text("roboto-flex", "nn", shared=False)
+    right = float(text.points()[:, 0].max())
+    bar = [(right + a, b) for a, b in [(40, -300), (50, -300), (50, 1500), (40, 1500)]]
+    handle = text.nearest(right, 400)
+    x, y = text.position(handle).tolist()
+    terms = [vf.Target(handle, (x + 200, y)), vf.StayClose()]
+    followed = follow(text, terms, vf.NoOverlap(bar), ties=[(0, 1)])
+    theta = followed.solution.theta
+    assert torch.equal(theta[0], theta[1])
+    assert followed.solution.text.points()[:, 0].max() == pytest.approx(right + 40, abs=0.5)
+    assert len(followed.contacts) > 0

@@ -1,0 +1,181 @@
+"""Letters that share one axis vector: an energy of fewer unknowns.
+
+The energy of a text with one axis vector for each letter is taken at Θ = E z, where z has one
+axis vector for each group of letters. The chain rule gives the Jacobian J E.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, IntArray
+from ..errors import SolveError
+from ..text import Text
+from ..text.place import AXES, Unknowns
+from .energy import Energy
+from .term import Term, TermResult
+
+Ties = Sequence[Sequence[int]]
+"""Groups of letters; the letters of a group share one axis vector."""
+
+
+def energy_of(
+    text: Text,
+    terms: Sequence[Term],
+    free: Collection[str] = (AXES,),
+    locks: Collection[str] = (),
+    ties: Ties = (),
+) -> Energy:
+    """An energy as :class:`Energy`, with the letters of each group tied together.
+
+    Raises
+    ------
+    SolveError
+        As :class:`Energy`; or ``ties`` are no groups of letters, or a letter is in two of them.
+    """
+    energy = Energy(text, terms, free, locks)
+    leaders = _leaders(ties, len(text.glyphs))
+    if (
+        text.shared
+        or AXES not in energy.unknowns.slices
+        or (leaders == np.arange(len(leaders))).all()
+    ):
+        return energy
+    return TiedEnergy(energy, leaders)
+
+
+def _leaders(ties: Ties, letters: int) -> IntArray:
+    """The letter whose axis vector each letter has: the first one of its group."""
+    leaders = np.arange(letters)
+    try:
+        groups = [[int(letter) for letter in group] for group in ties]
+    except (TypeError, ValueError) as error:
+        raise SolveError(
+            f"ties are groups of letters, such as [(0, 1, 2)]; received {ties!r:.200}."
+        ) from error
+    seen: set[int] = set()
+    for group in groups:
+        wrong = [i for i in group if not 0 <= i < letters or i in seen]
+        if wrong or len(set(group)) < len(group):
+            raise SolveError(
+                f"Each letter (0 to {letters - 1}) may be in one group of ties once; "
+                f"received {ties!r:.200}."
+            )
+        seen.update(group)
+        leaders[group] = group[:1]
+    return leaders
+
+
+class TiedUnknowns:
+    """The free unknowns of an energy without those of the letters that follow others.
+
+    Parameters
+    ----------
+    whole : Unknowns
+    kept : (k,) array
+        The indices of the unknowns that remain.
+    source : (N,) array
+        For each unknown of the whole, the index in ``kept`` of the one that it equals.
+    """
+
+    def __init__(self, whole: Unknowns, kept: IntArray, source: IntArray) -> None:
+        self._whole, self._kept, self._source = whole, kept, source
+        self.start = whole.start[kept]
+        bounds = [np.searchsorted(kept, (s.start, s.stop)) for s in whole.slices.values()]
+        self.slices = {
+            name: slice(int(a), int(b)) for name, (a, b) in zip(whole.slices, bounds, strict=True)
+        }
+
+    def is_only(self, name: str) -> bool:
+        """As :meth:`Unknowns.is_only`."""
+        return self._whole.is_only(name)
+
+    def value(self, name: str, z: Array) -> Array:
+        """As :meth:`Unknowns.value`: the axes of all letters."""
+        return self._whole.value(name, z[self._source])
+
+    def place(self, z: Array) -> dict[str, Array]:
+        """As :meth:`Unknowns.place`."""
+        return self._whole.place(z[self._source])
+
+    def flat(self, values: Mapping[str, Array]) -> Array:
+        """As :meth:`Unknowns.flat`; of the letters of a group the first one counts."""
+        return self._whole.flat(values)[self._kept]
+
+
+class TiedEnergy(Energy):
+    """An energy over the axis vectors of groups of letters; the attributes are those of Energy.
+
+    A group counts once in :class:`StayClose`, as the one axis vector of a whole word does.
+
+    Parameters
+    ----------
+    whole : Energy
+        Of a text with one axis vector for each letter.
+    leaders : (l,) array
+        The letter whose axis vector each letter has.
+    """
+
+    unknowns: Any
+
+    def __init__(self, whole: Energy, leaders: IntArray) -> None:
+        self._whole, self._leaders = whole, leaders
+        self.text, self.terms, self.moves = whole.text, whole.terms, whole.moves
+        axes = whole.unknowns.slices[AXES]
+        count = len(whole.text.font.axes)
+        lead = np.arange(len(whole.lower))
+        lead[axes] = (axes.start + count * leaders[:, None] + np.arange(count)).ravel()
+        kept, self._source = np.unique(lead, return_inverse=True)
+        self.unknowns = TiedUnknowns(whole.unknowns, kept, self._source)
+        self.lower, self.upper = np.full(len(kept), -np.inf), np.full(len(kept), np.inf)
+        np.maximum.at(self.lower, self._source, whole.lower)
+        np.minimum.at(self.upper, self._source, whole.upper)
+        follows = lead != np.arange(len(lead))
+        self.proximity = self._once(whole, follows, kept)
+
+    def _once(self, whole: Energy, follows: Array, kept: IntArray) -> tuple[Array, Array]:
+        """The squares of the unknowns, without those of the letters that follow others."""
+        for weights, _ in filter(None, whole._pulls):
+            weights[follows] = 0.0
+        weights, reference = whole.proximity
+        return weights[kept], reference[kept]
+
+    def at(self, text: Text, terms: Sequence[Term]) -> Energy:
+        """As :meth:`Energy.at`."""
+        return TiedEnergy(self._whole.at(text, terms), self._leaders)
+
+    @property
+    def kinks(self) -> Array:
+        """Those of all letters of a group."""
+        kinks, size = self._whole.kinks, len(self.lower)
+        found = [np.unique(kinks[self._source == i]) for i in range(size)]
+        table = np.full((size, max(map(len, found), default=1)), np.inf)
+        for row, values in zip(table, found, strict=True):
+            row[: len(values)] = values
+        return table
+
+    def by_letter(self, values: Any) -> Any:
+        """As :meth:`Energy.by_letter`."""
+        return self._whole.by_letter(values[self._source])
+
+    def residual(self, x: Array) -> Array:
+        """As :meth:`Energy.residual`."""
+        return self._whole.residual(x[self._source])
+
+    def jacobian(self, x: Array) -> Array:
+        """As :meth:`Energy.jacobian`, by the chain rule."""
+        whole = self._whole.jacobian(x[self._source])
+        jacobian = np.zeros((len(whole), len(self.lower)))
+        np.add.at(jacobian.T, self._source, whole.T)
+        return jacobian
+
+    def renew(self, x: Array) -> Array:
+        """As :meth:`Energy.renew`."""
+        return self._whole.renew(x[self._source])
+
+    def results(self, x: Array, residual: Array | None = None) -> list[TermResult]:
+        """As :meth:`Energy.results`."""
+        return self._whole.results(x[self._source], residual)
