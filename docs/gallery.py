@@ -31,6 +31,7 @@ from pygments.formatters import HtmlFormatter
 from vfwidget.export.page import STATE as EDITOR
 from vfwidget.export.page import page, view
 from vfwidget.view import player
+from vfwidget.view.bundle import built
 from vfwidget.view.editor import Editor
 from vfwidget.view.exports import PAGE_TRAITS
 from vfwidget.view.player import Player
@@ -194,6 +195,11 @@ def body_of(notebook: NotebookNode) -> str:
     return str(exporter.from_notebook_node(notebook)[0])
 
 
+def script(widget: type[Editor] | type[Player]) -> str:
+    """The script that shows a widget on a page."""
+    return built("page.js") if widget is Editor else str(widget._esm)
+
+
 def write(path: Path, title: str, body: str) -> None:
     used = [Editor, Player] if player.STATE in body else [Editor]
     style = (
@@ -201,7 +207,7 @@ def write(path: Path, title: str, body: str) -> None:
         + HtmlFormatter().get_style_defs(".highlight")
         + STYLE
     )
-    path.write_text(page(title, body, [widget._esm for widget in used], style), encoding="utf-8")
+    path.write_text(page(title, body, [script(widget) for widget in used], style), encoding="utf-8")
 
 
 def first_words(path: Path) -> tuple[str, str]:

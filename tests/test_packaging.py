@@ -44,13 +44,15 @@ FONTS = {
 STATIC_FONT = "static/gfs-didot"
 BUILT_FILES = {
     "static/editor.js",
+    "static/tools.js",
+    "static/page.js",
     "static/editor.css",
     "static/player.js",
     "static/player.css",
     *(f"fonts/{name}.woff2" for name in (*FONTS, STATIC_FONT)),
     *(f"fonts/{name}-LICENSE.txt" for name in (*FONTS, STATIC_FONT)),
 }
-MAX_BUNDLE_BYTES = 60 * 1024
+MAX_BUNDLE_BYTES = 60_000
 INSTALL = "python3 -m venv .venv && .venv/bin/pip install torch==2.13.0 && .venv/bin/pip install"
 NOTEBOOK_COMMAND = (
     f'{INSTALL} -c constraints.txt ".[notebook]"'
@@ -116,7 +118,7 @@ def test_nothing_unlisted_is_built_into_the_package():
 @pytest.mark.parametrize("name", ["editor", "player"])
 def test_a_bundle_is_small_enough_to_be_stored_with_every_widget(name):
     bundle = importlib.resources.files("vfwidget") / "static" / f"{name}.js"
-    assert 0 < len(bundle.read_bytes()) < MAX_BUNDLE_BYTES
+    assert 0 < len(bundle.read_bytes()) <= MAX_BUNDLE_BYTES
 
 
 # Agreement of the files

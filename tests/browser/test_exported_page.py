@@ -55,6 +55,20 @@ class Page:
         pairs = inputs.evaluate_all("all => all.map(i => [i.dataset.tag, i.valueAsNumber])")
         return dict(pairs)
 
+    def letters(self) -> list[dict[str, float]]:
+        """The axes of every letter, which is selected to see them."""
+        chips, found = self.root.locator(".vfw-chip"), []
+        for i in range(chips.count()):
+            chips.nth(i).click()
+            # The chips and the sliders are drawn in the same frame.
+            self.page.wait_for_function(
+                "i => [...document.querySelectorAll('.vfw-chip')]"
+                ".every((c, k) => c.ariaPressed === String(k === i))",
+                arg=i,
+            )
+            found.append(self.axes)
+        return found
+
     def middle(self, selector: str) -> list[float]:
         box = self.root.locator(selector).first.bounding_box()
         return [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
@@ -290,7 +304,7 @@ def test_a_swipe_scrolls_the_page_and_a_touch_of_the_outline_drags(show: Any) ->
 @pytest.mark.parametrize("width", [400, 900])
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_axe_finds_no_violation(show: Any, theme: str, width: int) -> None:
-    page = show(hand(theme=theme, height=200, locks=["wght"]), width=width)
+    page = show(hand(theme=theme, height=200, locks=["wght"], teaching=True), width=width)
     page.drag(shoulder(page), (30, 0))
     page.page.evaluate(AXE.read_text(encoding="utf-8"))
     found = page.page.evaluate("() => axe.run('.vfwidget-editor').then(r => r.violations)")
@@ -367,3 +381,84 @@ def test_the_word_is_saved_as_svg_and_png_and_copied_as_css(show: Any) -> None:
     menu.select_option("Copy CSS")
     page.wait(200)
     assert "Copied" in page.root.locator(".vfw-status").inner_text()
+
+
+def test_what_a_point_can_reach_is_shown_on_request(show: Any) -> None:
+    page = show(hand())
+    area = page.root.locator("path.vfw-reachable")
+    start = shoulder(page)
+    page.root.locator("button.vfw-reach").click()
+    page.wait()
+    assert "Press a point" in page.root.locator(".vfw-status").inner_text()
+    page.drag(start, (12, 0))
+    page.page.wait_for_function(
+        """() => { const d = document.querySelector('.vfw-reachable').getAttribute('d');
+                  const same = d !== '' && d === window.before; window.before = d; return same }""",
+        polling=200,
+    )
+    # Wherever the axes go, the point is on a dot.
+    text, pixel = page.text, page.client([1, 0])[0] - page.client([0, 0])[0]
+    handle = text.nearest(100, 700)
+    dots = [
+        [float(n) for n in dot.split()]
+        for dot in str(area.get_attribute("d"))[1:].split("M")
+        for dot in [dot.removesuffix("h0")]
+    ]
+    for weight in (300, 500, 1000):
+        for slant in (-15, -7, 0):
+            axes = {"wght": weight, "slnt": slant, "CASL": 0.5}
+            x, y = text.at(axes=axes).position(handle).tolist()
+            assert min((x - a) ** 2 + (y + b) ** 2 for a, b in dots) ** 0.5 * pixel < 10
+    page.root.locator("button.vfw-reach").click()
+    page.wait()
+    assert area.get_attribute("d") == ""
+
+
+def test_letters_that_are_selected_together_share_their_axes(show: Any) -> None:
+    page = show(vf.Editor("recursive", "hand", shared=False))
+    chips = page.root.locator(".vfw-chip")
+    chips.nth(1).click()
+    chips.nth(2).click(modifiers=["Shift"])
+    page.wait()
+    assert chips.evaluate_all("all => all.map(c => c.ariaPressed)") == [
+        *("false", "true", "true", "false")
+    ]
+    page.root.locator("input[type=number][data-tag=wght]").fill("800")
+    page.wait()
+    assert [axes["wght"] for axes in page.letters()] == [300, 800, 800, 300]
+    # A slide over the letters selects them, too; then a drag of one moves all.
+    x, y = (chips.nth(i).bounding_box() for i in (0, 2))
+    page.page.mouse.move(x["x"] + 5, x["y"] + 5)
+    page.page.mouse.down()
+    page.page.mouse.move(y["x"] + 5, y["y"] + 5, steps=6)
+    page.page.mouse.up()
+    page.wait()
+    assert chips.nth(0).get_attribute("aria-pressed") == "true"
+    assert chips.nth(2).get_attribute("aria-pressed") == "true"
+    page.drag([100.0, 700.0], (20, 0))
+    values = page.letters()
+    assert values[0] == values[1] == values[2] != values[3]
+    assert values[0]["slnt"] < 0
+
+
+def test_the_numbers_are_those_of_python(show: Any) -> None:
+    page = show(vf.Editor("recursive", "a", axes={"wght": 650, "CASL": 0.4}, teaching=True))
+    lesson = page.root.locator(".vfw-lesson")
+    gauges = lesson.locator(".vfw-gauges").first.locator("output")
+    effect = page.text.font.axis_effect("a")
+    assert [float(n) for n in gauges.all_inner_texts()] == pytest.approx(
+        list(effect.values()), abs=0.51
+    )
+    glyph, theta = page.text.glyphs[0], page.text.theta[0]
+    scalars = lesson.locator(".vfw-gauges").nth(1).locator("output").all_inner_texts()
+    assert [float(s) for s in scalars] == pytest.approx(glyph.scalars(theta).tolist(), abs=6e-4)
+    handle = page.text.nearest(300, 550)
+    page.page.mouse.click(*page.client(page.text.position(handle).tolist()))
+    page.wait()
+    lines = lesson.locator("code").all_inner_texts()
+    ends = [float(line.rsplit("= ", 1)[1].replace("−", "-")) for line in lines]
+    x, y = page.text.position(handle).tolist()
+    assert ends == pytest.approx([x, y], abs=4)
+    page.root.locator(".vfw-teaching").uncheck()
+    page.wait()
+    assert not lesson.is_visible()

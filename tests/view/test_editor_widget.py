@@ -636,3 +636,42 @@ def test_the_word_is_saved_as_a_static_font(editor: Any, tmp_path: Path) -> None
     saved = vf.Text(vf.load_font(tmp_path / "word.ttf", static=True), editor.text.string)
     assert saved.font.axes == ()
     assert saved.advance() == pytest.approx(editor.text.advance(), abs=len(saved.glyphs))
+
+
+def test_a_drag_of_a_range_of_letters_keeps_them_equal(editor: Any) -> None:
+    editor.text = vf.Text("roboto-flex", "noon", shared=False)
+    handle = editor.text.nearest(1500, 1080)
+    x, y = editor.text.position(handle).tolist()
+    reply = drag(editor, handle, x, y + 40, range=[1, 2])
+    assert reply["ok"]
+    first, second, third, fourth = editor.axes
+    assert second == third != first
+    assert fourth == vf.Text("roboto-flex", "n").axes
+
+
+@pytest.mark.parametrize("bad", [None, [1], [0, "x"], [0, 1, 2], 3, {}])
+def test_a_malformed_range_is_refused(editor: Any, bad: Any) -> None:
+    editor.shared = False
+    before = editor.axes
+    reply = drag(editor, editor.text.nearest(1500, 1080), 0, 0, range=bad)
+    assert not reply["ok"] and "malformed" in reply["error"]
+    assert editor.axes == before
+
+
+def test_a_range_beyond_the_word_takes_its_letters(editor: Any) -> None:
+    editor.shared = False
+    handle = editor.text.nearest(1500, 1080)
+    x, y = editor.text.position(handle).tolist()
+    assert drag(editor, handle, x, y + 40, range=[0, 10**12])["ok"]
+    assert editor.axes[0] == editor.axes[1]
+
+
+def test_tools_and_teaching_mode_are_brought_on_request(editor: Any) -> None:
+    editor.comm.custom({"type": "tools"})
+    assert "export" in editor.comm.replies[-1]["script"]
+    editor.comm.update(teaching=True)
+    assert editor.teaching is True
+    editor.comm.update(teaching="very")
+    assert editor.teaching is True
+    assert "teaching" in editor.error
+    assert vf.Editor("roboto-flex", "no", teaching=True).teaching

@@ -146,7 +146,9 @@ def test_a_predicted_drag_costs_what_the_solution_of_python_costs() -> None:
         pull = (CALM * text.font.units_per_em) ** 2
         terms = [vf.Target(text.handle(*case["handle"]), case["target"]), vf.StayClose(pull)]
         terms += [vf.Pin(text.handle(*pin)) for pin in case["pins"]]
+        first, last = case.get("range", (0, 0))
         options: Any = {"max_iterations": RELEASE_ITERATIONS, "locks": case["locks"]}
+        options["ties"] = [range(first, last + 1)]
         solutions.append(vf.solve(text, terms, restarts=0, **options))
     for solution, place in zip(solutions, answers("drag.mjs", drags=drags), strict=True):
         assert place["cost"] == pytest.approx(solution.cost, rel=1e-3, abs=1e-3)

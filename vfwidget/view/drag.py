@@ -7,6 +7,7 @@ from typing import Any
 from ..energy.handle_terms import Pin, Target
 from ..energy.solve import solve
 from ..energy.term import Term
+from ..energy.tied import Ties
 from ..energy.word_terms import StayClose
 from ..errors import SolveError
 from ..overlap.follow import Followed, follow
@@ -31,6 +32,7 @@ def solve_drag(
     *,
     released: bool = False,
     keep: NoOverlap | None = None,
+    ties: Ties = (),
 ) -> Followed:
     """Solve for the place to which the outline is dragged.
 
@@ -49,6 +51,8 @@ def solve_drag(
         away from this one, because while the pointer moves, the letter must not jump.
     keep : NoOverlap, optional
         What must not overlap. The text then moves only as far as its way is free.
+    ties : sequence of sequences of int
+        Letters that share one axis vector, as for :func:`solve`.
 
     Returns
     -------
@@ -61,11 +65,14 @@ def solve_drag(
     wanted += terms(state.constraints, state.text)
     iterations = RELEASE_ITERATIONS if released else MOVE_ITERATIONS
     if keep is not None:
-        return follow(state.text, wanted, keep, locks=state.locks, max_iterations=iterations)
+        return follow(
+            state.text, wanted, keep, locks=state.locks, ties=ties, max_iterations=iterations
+        )
     solution = solve(
         state.text,
         wanted,
         locks=state.locks,
+        ties=ties,
         max_iterations=iterations,
         restarts=RESTARTS if released else 0,
         restart_seconds=RESTART_SECONDS,
@@ -119,13 +126,16 @@ class Drags:
             # A glyph may change during a drag; the view names the point as it was at the press.
             handle = press.handle(*message["handle"])
             target = Target(handle, (float(message["x"]), float(message["y"])))
+            first, last = message.get("range", (0, 0))
+            ties = [range(len(state.text.glyphs))[first : last + 1]]
         except (KeyError, TypeError, ValueError) as error:
             raise SolveError(
                 f"This drag message is malformed ({type(error).__name__}: {error})."
             ) from error
         self._gesture, self._press = gesture, press
         released = phase == "up"
-        return solve_drag(state, self._press, target, released=released, keep=keep), handle
+        followed = solve_drag(state, self._press, target, released=released, keep=keep, ties=ties)
+        return followed, handle
 
 
 def answer(followed: Followed, handle: Handle) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from .drag import Drags, answer, solve_drag
 from .exports import Exports
 from .frozen import frozen
 from .history import History
-from .options import checked_height, refuse_unknown
+from .options import checked_height, refuse_foreign, refuse_unknown
 from .snapshot import Snapshot
 from .state import State, checked_locks, checked_pins
 from .steps import Steps
@@ -36,6 +36,8 @@ from .word import describe_word
 
 STATE_TRAITS = ["axes", "shared", "_pins", "locks", "constraints", "avoid_overlaps"]
 """The traits in which the view changes the state."""
+VIEW_TRAITS = {*STATE_TRAITS, "teaching", "_gesture"}
+"""All traits that the view may set."""
 SNAPSHOT_HEIGHT = 180
 """Pixels of the picture that a saved notebook shows."""
 
@@ -64,6 +66,10 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         Height of the picture in pixels, 80 to 4000. By default it follows the width.
     theme : {"auto", "light", "dark"}
         The colours; by default those of the notebook.
+    teaching : bool
+        Whether the editor shows the numbers behind the selected letter: how far each axis moves it,
+        the scalars of its delta sets, and Eq. 1 for the held point. Default False; the editor has a
+        switch for it.
     throttle : int
         The least number of milliseconds between two moves that the view sends to the kernel while
         the pointer drags. Default 0; the view never waits for the kernel to draw.
@@ -92,6 +98,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         nothing overlaps. A drag then goes only as far as its way is free, and neighbours give way.
     height : int or None
     theme : str
+    teaching : bool
     throttle : int
     history : list of Text
         The states up to the present one, oldest first.
@@ -118,6 +125,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
     constraints = traitlets.Any().tag(sync=True, echo_update=False)
     height = traitlets.Any(None).tag(sync=True)
     theme = traitlets.Enum(["auto", "light", "dark"], "auto").tag(sync=True)
+    teaching = traitlets.Bool(False).tag(sync=True)
     throttle = traitlets.Int(0, min=0, max=10_000).tag(sync=True)
     error = traitlets.Unicode().tag(sync=True)
     _steps = traitlets.List([0, 0]).tag(sync=True)
@@ -139,6 +147,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         avoid_overlaps: bool = False,
         height: int | None = None,
         theme: str = "auto",
+        teaching: bool = False,
         throttle: int = 0,
         **unknown: Any,
     ) -> None:
@@ -176,6 +185,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
                 constraints=frozen(state.constraints),
                 height=height,
                 theme=theme,
+                teaching=teaching,
                 throttle=throttle,
                 _snapshot=self._picture.name,
                 obstacles=obstacles,
@@ -327,9 +337,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         with self._lock:
             try:
                 sync_data = dict(sync_data)
-                foreign = sync_data.keys() - {*STATE_TRAITS, "_gesture"}
-                if foreign:
-                    raise SolveError(f"The view must not set {', '.join(map(str, foreign))}.")
+                refuse_foreign(sync_data, VIEW_TRAITS, SolveError)
                 name = sync_data.get("_gesture")
                 self._naming = name if isinstance(name, str) else None
                 super().set_state(sync_data)
@@ -353,6 +361,8 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
             with self._lock:
                 if kind == "drag":
                     reply |= self._drag(content)
+                elif kind == "tools":
+                    reply["script"] = built("tools.js")
                 elif kind in ("undo", "redo", "restart"):
                     getattr(self, kind)()
                     reply["ok"] = True

@@ -8,11 +8,11 @@ from typing import Any, overload
 from ..export.files import written
 from ..export.page import page, view
 from ..font import Font
-from .bundle import PAGE_STYLE
+from .bundle import PAGE_STYLE, built
 
 PAGE_TRAITS = (
     *("_word", "axes", "shared", "_pins", "locks", "constraints", "_obstacles"),
-    *("height", "theme"),
+    *("height", "theme", "teaching"),
 )
 """The traits that a view needs on a page without a kernel."""
 
@@ -23,7 +23,6 @@ class Exports:
     text: Any
     get_state: Any
     _lock: Any
-    _esm: Any
     _css: Any
 
     @overload
@@ -48,7 +47,7 @@ class Exports:
         with self._lock:
             body = view(self.get_state(PAGE_TRAITS))
             title = self.text.title
-        made = page(title, body, [self._esm], self._css + PAGE_STYLE)
+        made = page(title, body, [built("page.js")], self._css + PAGE_STYLE)
         return written(made, path)
 
     def to_svg(self, path: str | os.PathLike[str] | None = None) -> str | None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import difflib
 import inspect
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from ..errors import TextError
+from ..errors import TextError, VFWidgetError
 
 HEIGHTS = (80, 4000)
 """Pixels between which the height of the picture is useful."""
@@ -27,6 +27,21 @@ def checked_height(height: Any) -> int | None:
     if not isinstance(height, int | float) or not low <= height <= high:
         raise TextError(f"height must be {low} to {high} pixels; received {height!r}.")
     return int(height)
+
+
+def refuse_foreign(
+    sync_data: Mapping[str, Any], allowed: Collection[str], error: type[VFWidgetError]
+) -> None:
+    """Refuse traits that a view must not set.
+
+    Raises
+    ------
+    error
+        There are some.
+    """
+    foreign = sync_data.keys() - {*allowed}
+    if foreign:
+        raise error(f"The view must not set {', '.join(map(str, foreign))}.")
 
 
 def refuse_unknown(unknown: Collection[str], function: Callable[..., Any]) -> None:

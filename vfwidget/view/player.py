@@ -21,7 +21,7 @@ from ..motion.numbers import read_flag, read_number
 from ..motion.tracks import has_colours, outlines
 from .bundle import PAGE_STYLE, built
 from .film import describe_film
-from .options import checked_height, refuse_unknown
+from .options import checked_height, refuse_foreign, refuse_unknown
 from .snapshot import Snapshot
 from .word import describe_word
 
@@ -212,9 +212,7 @@ class Player(anywidget.AnyWidget):
         """Take state from the view; what cannot be taken is refused, and said there."""
         try:
             sync_data = dict(sync_data)
-            foreign = sync_data.keys() - set(VIEW_TRAITS)
-            if foreign:
-                raise MotionError(f"The view must not set {', '.join(map(str, foreign))}.")
+            refuse_foreign(sync_data, VIEW_TRAITS, MotionError)
             # traitlets checks only after it has assigned, and 1 == True hides that from it.
             for name, value in sync_data.items():
                 self._checked(name, value)

@@ -5,7 +5,7 @@
  */
 
 /**
- * @typedef {{phase: "down" | "move" | "up", handle: number[], x: number, y: number, axes: any, gesture: string}} Body
+ * @typedef {{phase: "down" | "move" | "up", handle: number[], x: number, y: number, axes: any, range: number[], gesture: string}} Body
  * @typedef {Body & {type: "drag", view: string, seq: number}} Message
  * @typedef {{setTimeout: (callback: () => void, ms: number) => any, clearTimeout: (id: any) => void, readonly now: number}} Clock
  */
@@ -20,6 +20,8 @@ const realClock = {
 };
 
 export class Channel {
+  #clock; #inFlight; #onAnswer; #onIdle; #onSilence; #sentAt; #timer; #pause; #send; #seq; #view; #waiting; #timeout;
+
   /**
    * @param {object} options
    * @param {string} options.view names this view among those of a model
@@ -31,43 +33,43 @@ export class Channel {
    * @param {Clock} [options.clock]
    */
   constructor({ view, send, onAnswer, onSilence, onIdle, timeout = 3000, clock = realClock }) {
-    this.view = view;
-    this.send = send;
-    this.onAnswer = onAnswer ?? (() => {});
-    this.onSilence = onSilence ?? (() => {});
-    this.onIdle = onIdle ?? (() => {});
-    this.timeout = timeout;
-    this.clock = clock;
-    this.seq = 0;
+    this.#view = view;
+    this.#send = send;
+    this.#onAnswer = onAnswer ?? (() => {});
+    this.#onSilence = onSilence ?? (() => {});
+    this.#onIdle = onIdle ?? (() => {});
+    this.#timeout = timeout;
+    this.#clock = clock;
+    this.#seq = 0;
     /** @type {Message | null} */
-    this.inFlight = null;
+    this.#inFlight = null;
     /** @type {Body[]} */
-    this.waiting = [];
+    this.#waiting = [];
     /** @type {any} */
-    this.timer = null;
+    this.#timer = null;
     /** The least time between two moves. */
     this.throttle = 0;
-    this.sentAt = -Infinity;
+    this.#sentAt = -Infinity;
     /** @type {any} */
-    this.pause = null;
+    this.#pause = null;
     /** `replaced`: moves that a later one made needless; `dropped`: answers that came too late. */
     this.stats = { sent: 0, answered: 0, replaced: 0, dropped: 0, timedOut: 0 };
   }
 
   get busy() {
-    return this.inFlight !== null || this.waiting.length > 0;
+    return this.#inFlight !== null || this.#waiting.length > 0;
   }
 
   /** @param {Body} body */
   push(body) {
-    const last = this.waiting.length - 1;
-    if (last >= 0 && this.waiting[last].phase === "move" && body.phase !== "down") {
-      this.waiting[last] = body;
+    const last = this.#waiting.length - 1;
+    if (last >= 0 && this.#waiting[last].phase === "move" && body.phase !== "down") {
+      this.#waiting[last] = body;
       this.stats.replaced++;
     } else {
-      this.waiting.push(body);
+      this.#waiting.push(body);
     }
-    this.pump();
+    this.#pump();
   }
 
   /**
@@ -76,80 +78,79 @@ export class Channel {
    * @returns {"taken" | "stale" | "foreign"}
    */
   receive(answer) {
-    if (answer?.type !== "drag" || answer.view !== this.view) return "foreign";
-    if (this.inFlight === null || answer.seq !== this.inFlight.seq) {
+    if (answer?.type !== "drag" || answer.view !== this.#view) return "foreign";
+    if (this.#inFlight === null || answer.seq !== this.#inFlight.seq) {
       this.stats.dropped++;
       return "stale";
     }
     this.stats.answered++;
-    const sent = this.release();
-    this.settle(() => this.onAnswer(answer, sent));
+    const sent = this.#release();
+    this.#settle(() => this.#onAnswer(answer, sent));
     return "taken";
   }
 
   /** Forgets everything; answers still on their way will be stale. */
   reset() {
-    if (this.inFlight !== null) this.release();
-    this.waiting = [];
+    if (this.#inFlight !== null) this.#release();
+    this.#waiting = [];
   }
 
   /** The last act of a view: a closing message that still waits goes out now. */
   close() {
-    const last = this.waiting[this.waiting.length - 1];
+    const last = this.#waiting[this.#waiting.length - 1];
     this.reset();
     if (last?.phase === "up") this.push(last);
     this.reset();
   }
 
-  /** @private */
-  pump() {
-    while (this.inFlight === null && this.waiting.length > 0) {
-      const rest = this.sentAt + this.throttle - this.clock.now;
-      if (this.waiting[0].phase === "move" && rest > 0) {
-        this.clock.clearTimeout(this.pause);
-        this.pause = this.clock.setTimeout(() => this.pump(), rest);
+  #pump() {
+    while (this.#inFlight === null && this.#waiting.length > 0) {
+      const rest = this.#sentAt + this.throttle - this.#clock.now;
+      if (this.#waiting[0].phase === "move" && rest > 0) {
+        this.#clock.clearTimeout(this.#pause);
+        this.#pause = this.#clock.setTimeout(() => this.#pump(), rest);
         return;
       }
-      this.sentAt = this.clock.now;
-      const body = /** @type {Body} */ (this.waiting.shift());
+      this.#sentAt = this.#clock.now;
+      const body = /** @type {Body} */ (this.#waiting.shift());
       /** @type {Message} */
-      const message = { type: "drag", view: this.view, seq: ++this.seq, ...body };
-      this.inFlight = message;
-      this.timer = this.clock.setTimeout(() => this.expire(message), this.timeout);
+      const message = { type: "drag", view: this.#view, seq: ++this.#seq, ...body };
+      this.#inFlight = message;
+      this.#timer = this.#clock.setTimeout(() => this.#expire(message), this.#timeout);
       this.stats.sent++;
       try {
-        this.send(message);
+        this.#send(message);
       } catch (error) {
-        if (this.inFlight === message) this.release();
-        this.onSilence(message, error);
-        if (!this.busy) this.onIdle();
+        if (this.#inFlight === message) this.#release();
+        this.#onSilence(message, error);
+        if (!this.busy) this.#onIdle();
       }
     }
   }
 
-  /** @private @param {Message} message */
-  expire(message) {
-    if (this.inFlight !== message) return;
+  /** @param {Message} message */
+  #expire(message) {
+    if (this.#inFlight !== message) return;
     this.stats.timedOut++;
-    this.release();
-    this.settle(() => this.onSilence(message));
+    this.#release();
+    this.#settle(() => this.#onSilence(message));
   }
 
-  /** @private @returns {Message} */
-  release() {
-    const sent = /** @type {Message} */ (this.inFlight);
-    this.clock.clearTimeout(this.timer);
-    this.inFlight = null;
+  /** @returns {Message} */
+  #release() {
+    const sent = /** @type {Message} */ (this.#inFlight);
+    this.#clock.clearTimeout(this.#timer);
+    this.#inFlight = null;
     return sent;
   }
 
-  /** A callback that throws must not stop the channel. @private @param {() => void} report */
-  settle(report) {
+  /** A callback that throws must not stop the channel. @param {() => void} report */
+  #settle(report) {
     try {
       report();
     } finally {
-      if (this.busy) this.pump();
-      else this.onIdle();
+      if (this.busy) this.#pump();
+      else this.#onIdle();
     }
   }
 }

@@ -33,40 +33,39 @@ export function checkConstraint(raw) {
   return { kind, handles, value: raw.value };
 }
 
-export class ConstraintBar {
-  /** @param {Actions} actions */
-  constructor(actions) {
-    this.actions = actions;
-    this.options = Object.entries(KINDS).map(([kind, { label }]) => html("option", { value: kind }, label));
-    this.menu = menu("vfw-add-constraint", "Add a constraint", (kind) => actions.add(/** @type {Kind} */ (kind)));
-    this.menu.title = "Pin the points first; a constraint takes the place of their pins.";
-    this.menu.append(...this.options);
-    this.element = html("div", { class: "vfw-constraints", role: "group", "aria-label": "Constraints" });
-    this.shown = "";
-  }
+/** @param {Actions} actions */
+export function createConstraintBar(actions) {
+  const options = Object.entries(KINDS).map(([kind, { label }]) => html("option", { value: kind }, label));
+  const adding = menu("vfw-add-constraint", "Add a constraint", (kind) => actions.add(/** @type {Kind} */ (kind)));
+  adding.title = "Pin the points first; a constraint takes the place of their pins.";
+  adding.append(...options);
+  const element = html("div", { class: "vfw-constraints", role: "group", "aria-label": "Constraints" });
+  let shown = "";
 
   /** @param {Constraint[]} constraints @param {number} pins @param {(letter: number) => string} nameOf a letter's name */
-  show(constraints, pins, nameOf) {
-    for (const option of this.options) {
+  function show(constraints, pins, nameOf) {
+    for (const option of options) {
       const { least, most } = KINDS[/** @type {Kind} */ (option.value)];
       option.disabled = pins < least || pins > most;
     }
     const names = constraints.map(({ kind, handles }) =>
       [KINDS[kind].label, ...(kind === "Width" ? [] : [handles.map(([letter]) => nameOf(letter)).join(", ")])].join(": "));
     const state = JSON.stringify([names, constraints.map(({ value }) => value)]);
-    if (state === this.shown) return;
-    this.shown = state;
-    this.element.replaceChildren(...constraints.map(({ value }, i) => this.chip(names[i], i, value)));
+    if (state === shown) return;
+    shown = state;
+    element.replaceChildren(...constraints.map(({ value }, i) => chip(names[i], i, value)));
   }
 
-  /** @private @param {string} name @param {number} index @param {number} [value] */
-  chip(name, index, value) {
-    const remove = html("button", { type: "button", "aria-label": `Remove: ${name}`, title: "Remove", onclick: () => this.actions.remove(index) }, "×");
+  /** @param {string} name @param {number} index @param {number} [value] */
+  function chip(name, index, value) {
+    const remove = html("button", { type: "button", "aria-label": `Remove: ${name}`, title: "Remove", onclick: () => actions.remove(index) }, "×");
     if (value === undefined) return html("span", { class: "vfw-constraint" }, name, remove);
     const input = html("input", {
       type: "number", min: 0, step: "any", value: Math.round(value * 10) / 10, "aria-label": `${name}, font units`, [KEEP_KEYS]: "true",
-      onchange: () => input.valueAsNumber >= 0 && this.actions.change(index, input.valueAsNumber),
+      onchange: () => input.valueAsNumber >= 0 && actions.change(index, input.valueAsNumber),
     });
     return html("span", { class: "vfw-constraint" }, name, input, remove);
   }
+
+  return { menu: adding, element, show };
 }

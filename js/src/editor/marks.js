@@ -4,18 +4,19 @@ import { attr, svg } from "../view/dom.js";
 /** Sizes in pixels: marks keep theirs whatever the zoom. */
 const HANDLE = 5.5, PIN = 6.5;
 
-export class Marks {
-  /** @param {SVGGElement} group */
-  constructor(group) {
-    this.underline = svg("line", { class: "vfw-selected" });
-    this.tether = svg("line", { class: "vfw-tether" });
-    this.target = svg("circle", { class: "vfw-target" });
-    this.pins = svg("g", { class: "vfw-pins" });
-    this.handle = svg("circle", { class: "vfw-handle" });
-    this.constraints = svg("path", { class: "vfw-constraint-lines" });
-    this.touching = svg("path", { class: "vfw-contacts" });
-    group.append(this.constraints, this.touching, this.underline, this.tether, this.target, this.pins, this.handle);
-  }
+/** @param {SVGGElement} group */
+export function createMarks(group) {
+  const mark = {
+    reach: svg("path", { class: "vfw-reachable" }),
+    constraints: svg("path", { class: "vfw-constraint-lines" }),
+    touching: svg("path", { class: "vfw-contacts" }),
+    underline: svg("line", { class: "vfw-selected" }),
+    tether: svg("line", { class: "vfw-tether" }),
+    target: svg("circle", { class: "vfw-target" }),
+    pins: svg("g", { class: "vfw-pins" }),
+    handle: svg("circle", { class: "vfw-handle" }),
+  };
+  group.append(...Object.values(mark));
 
   /**
    * @param {object} state places in word coordinates, y up
@@ -26,28 +27,33 @@ export class Marks {
    * @param {{at: [number, number], index: number, hot: boolean}[]} state.pins
    * @param {[number, number][][]} state.constraints the points of each
    * @param {[number, number][]} state.touching where letters press against something
+   * @param {import("./reach.js").Reach | null} state.reach
    * @param {[number, number, number] | null} state.underline left, right, y
    */
-  show({ pixel, handle, mode, tether, pins, constraints, touching, underline }) {
+  function show({ pixel, handle, mode, tether, pins, constraints, touching, reach, underline }) {
     // A line without length is drawn as a round dot.
-    attr(this.touching, "d", touching.map(([x, y]) => `M${x} ${-y}h0`).join(""));
-    attr(this.constraints, "d", constraints.map((points) =>
+    attr(mark.reach, "d", reach?.path ?? "");
+    attr(mark.reach, "stroke-width", reach?.width ?? 0);
+    attr(mark.touching, "d", touching.map(([x, y]) => `M${x} ${-y}h0`).join(""));
+    attr(mark.constraints, "d", constraints.map((points) =>
       points.map(([x, y], i) => `${i ? "L" : "M"}${x} ${-y}`).join("")).join(""));
     const on = tether !== null && handle !== null;
-    place(this.handle, handle, { r: HANDLE * pixel });
-    attr(this.handle, "data-mode", mode);
-    place(this.target, on ? tether : null, { r: 2.5 * pixel });
-    line(this.tether, on ? [handle[0], handle[1], tether[0], tether[1]] : null);
-    line(this.underline, underline ? [underline[0], underline[2], underline[1], underline[2]] : null);
-    while (this.pins.children.length > pins.length) this.pins.lastChild?.remove();
-    while (this.pins.children.length < pins.length) this.pins.append(pin());
+    place(mark.handle, handle, { r: HANDLE * pixel });
+    attr(mark.handle, "data-mode", mode);
+    place(mark.target, on ? tether : null, { r: 2.5 * pixel });
+    line(mark.tether, on ? [handle[0], handle[1], tether[0], tether[1]] : null);
+    line(mark.underline, underline ? [underline[0], underline[2], underline[1], underline[2]] : null);
+    const drawn = mark.pins.children;
+    while (drawn.length > pins.length) drawn[0].remove();
+    while (drawn.length < pins.length) mark.pins.append(pin());
     pins.forEach(({ at, index, hot }, i) => {
-      const mark = this.pins.children[i];
-      attr(mark, "transform", `translate(${at[0]} ${-at[1]}) scale(${pixel})`);
-      attr(mark, "data-pin", index);
-      mark.toggleAttribute("data-hot", hot);
+      attr(drawn[i], "transform", `translate(${at[0]} ${-at[1]}) scale(${pixel})`);
+      attr(drawn[i], "data-pin", index);
+      drawn[i].toggleAttribute("data-hot", hot);
     });
   }
+
+  return { show };
 }
 
 /** A square on its corner with a hole: told from the round handle without colour. */

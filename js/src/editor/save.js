@@ -11,7 +11,7 @@ const PNG_HEIGHT = 1000;
 const rounded = (/** @type {number} */ value) => Math.round(value * 1e4) / 1e4;
 
 /** As `Text.to_css`. @param {Session} session */
-export function css({ axes, word }) {
+function css({ axes, word }) {
   const settings = (/** @type {Record<string, number>} */ values) =>
     Object.entries(values).map(([tag, value]) => `"${tag}" ${rounded(value)}`).join(", ");
   const family = `font-family: ${JSON.stringify(word?.family ?? "")};`;
@@ -20,12 +20,12 @@ export function css({ axes, word }) {
 }
 
 /** The axes as a Python literal. @param {Session} session */
-export function python({ axes }) {
+function python({ axes }) {
   return `axes = ${JSON.stringify(axes, (_, value) => (typeof value === "number" ? rounded(value) : value))}`;
 }
 
 /** An SVG document, as `Text.to_svg`. @param {Layout} layout */
-export function svg(layout) {
+function svg(layout) {
   const { x, y, width, height } = windowFor(layout), { string, family } = layout.word;
   const title = `${string} in ${family}`.replace(/[&<>]/g, (c) => `&#${c.charCodeAt(0)};`);
   const paths = layout.row.order.map((_, i) =>
@@ -36,7 +36,7 @@ export function svg(layout) {
 }
 
 /** @param {string} text */
-export async function copy(text) {
+async function copy(text) {
   try {
     await navigator.clipboard.writeText(text);
   } catch {
@@ -59,14 +59,23 @@ function download(name, url) {
 const address = (document) => `data:image/svg+xml;charset=utf-8,${encodeURIComponent(document)}`;
 
 /** @param {Layout} layout */
-export const saveSvg = (layout) => download("word.svg", address(svg(layout)));
+const saveSvg = (layout) => download("word.svg", address(svg(layout)));
 
 /** @param {Layout} layout */
-export async function savePng(layout) {
+async function savePng(layout) {
   const image = new Image();
   image.src = address(svg(layout));
   await image.decode();
   const canvas = Object.assign(document.createElement("canvas"), { width: image.width, height: image.height });
   canvas.getContext("2d")?.drawImage(image, 0, 0);
   download("word.png", canvas.toDataURL());
+}
+
+/** @param {string} what the entry of the menu @param {Session} session @param {Layout} layout @returns {Promise<string>} what is said then */
+export async function save(what, session, layout) {
+  if (what === "Copy CSS") await copy(css(session));
+  else if (what === "Copy Python") await copy(python(session));
+  else if (what === "Save SVG") saveSvg(layout);
+  else await savePng(layout);
+  return what.startsWith("Copy") ? "Copied." : "Saved.";
 }

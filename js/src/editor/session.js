@@ -8,18 +8,42 @@ import { checkConstraint } from "./constraints.js";
 /**
  * @typedef {import("../word/forward.js").Handle} Handle
  * @typedef {Record<string, number>} Values
- * @typedef {"_word" | "axes" | "shared" | "_pins" | "locks" | "constraints" | "error" | "_steps" | "height" | "theme" | "throttle" | "avoid_overlaps" | "_obstacles"} Trait
  */
-export const TRAITS = /** @type {const} */ (["_word", "axes", "shared", "_pins", "locks", "constraints", "error", "_steps", "height", "theme", "throttle", "avoid_overlaps", "_obstacles"]);
+
+const number = (/** @type {any} */ value) => Number(value) || 0;
+
+/** @param {any} value */
+function list(value) {
+  if (!isArray(value ?? [])) throw new Error("this is not a list");
+  return value ?? [];
+}
+
+/** How each trait that stands by itself is read: the field of a session, and its value. @type {Record<string, [string, (value: any) => any]>} */
+const FIELDS = {
+  _pins: ["pins", list],
+  locks: ["locks", (value) => list(value).map(String)],
+  constraints: ["constraints", (value) => list(value).map(checkConstraint)],
+  avoid_overlaps: ["apart", (value) => value ?? null],
+  teaching: ["teaching", Boolean],
+  _obstacles: ["backdrop", (value) => value ?? ""],
+  _steps: ["steps", (value) => [0, 1].map((i) => number(value?.[i]))],
+  height: ["height", (value) => number(value) || null],
+  theme: ["theme", (value) => String(value || "auto")],
+  throttle: ["throttle", number],
+  error: ["error", (value) => String(value || "")],
+};
+export const TRAITS = ["_word", "axes", "shared", ...Object.keys(FIELDS)];
 
 /** Milliseconds between two changes by the same control that still count as one gesture. */
 const PAUSE = 1000;
 
 export class Session {
+  #changed; #stale; #model; #waiting;
+
   /** @param {any} model anywidget's @param {() => void} changed asks for a frame */
   constructor(model, changed) {
-    this.model = model;
-    this.changed = changed;
+    this.#model = model;
+    this.#changed = changed;
     /** @type {import("../word/decode.js").Word | null} */
     this.word = null;
     /** @type {Values | Values[]} */
@@ -43,23 +67,28 @@ export class Session {
     this.apart = null;
     /** Path data of what is drawn behind the word. */
     this.backdrop = "";
+    /** Whether the numbers behind the letters are shown. */
+    this.teaching = false;
+    /** The letter that was chosen last, and the range of letters that change together with it. */
     this.selected = 0;
+    /** @type {[first: number, last: number]} */
+    this.range = [0, 0];
     /** Names the present gesture, so that undoing it is one step; and what made its last change, and when. */
     this.gesture = { name: "", source: "", time: -Infinity };
     /** Counts changes of the picture. */
     this.version = 0;
-    /** Traits to read again. @type {Set<Trait>} */
-    this.stale = new Set(TRAITS);
+    /** Traits to read again. @type {Set<string>} */
+    this.#stale = new Set(TRAITS);
     /** Own changes that the model does not have yet. @type {Record<string, any>} */
-    this.waiting = {};
+    this.#waiting = {};
     /** What is wrong with a trait; the last good value stays. @type {Map<string, string>} */
     this.problems = new Map();
   }
 
-  /** @param {Trait} trait */
+  /** @param {string} trait */
   expire(trait) {
-    this.stale.add(trait);
-    this.changed();
+    this.#stale.add(trait);
+    this.#changed();
   }
 
   /**
@@ -70,56 +99,40 @@ export class Session {
    */
   pull(ahead) {
     let fresh = false;
-    this.read("_word", () => {
-      const word = decodeWord(this.model.get("_word"));
+    this.#read("_word", () => {
+      const word = decodeWord(this.#model.get("_word"));
       // Python may send a word again without a change: what is under way on it goes on.
       if (alike(word, this.word)) return;
       fresh = true;
       this.word = word;
-      this.selected = Math.min(this.selected, Math.max(0, word.rows[0].order.length - 1));
-      for (const trait of /** @type {const} */ (["axes", "shared", "_pins", "constraints"])) this.stale.add(trait);
+      this.select(Math.min(this.selected, Math.max(0, word.rows[0].order.length - 1)));
+      for (const trait of /** @type {const} */ (["axes", "shared", "_pins", "constraints"])) this.#stale.add(trait);
       // What is said of the old word means nothing on the new one.
-      this.waiting = {};
+      this.#waiting = {};
       this.axes = conform(word, {}, this.shared, this.selected);
     });
-    if (this.word !== null && (fresh || (!ahead && !("axes" in this.waiting)))) {
-      if (this.stale.delete("shared")) this.stale.add("axes");
-      this.read("axes", () => {
-        const shared = this.model.get("shared") !== false;
-        this.axes = conform(/** @type {any} */ (this.word), this.model.get("axes"), shared, this.selected);
+    if (this.word !== null && (fresh || (!ahead && !("axes" in this.#waiting)))) {
+      if (this.#stale.delete("shared")) this.#stale.add("axes");
+      this.#read("axes", () => {
+        const shared = this.#model.get("shared") !== false;
+        this.axes = conform(/** @type {any} */ (this.word), this.#model.get("axes"), shared, this.selected);
         this.shared = shared;
       });
     }
-    if (!("_pins" in this.waiting)) {
-      this.read("_pins", () => {
-        const pins = this.model.get("_pins") ?? [];
-        if (!isArray(pins)) throw new Error("the pins are not a list");
-        this.pins = pins;
-      });
+    for (const [trait, [field, read]] of Object.entries(FIELDS)) {
+      if (!(trait in this.#waiting)) this.#read(trait, () => this.#show(field, read(this.#model.get(trait))));
     }
-    if (!("locks" in this.waiting)) {
-      this.read("locks", () => {
-        const locks = this.model.get("locks") ?? [];
-        if (!isArray(locks)) throw new Error("the locks are not a list");
-        this.locks = locks.map(String);
-      });
-    }
-    if (!("constraints" in this.waiting)) {
-      this.read("constraints", () => (this.constraints = [...this.model.get("constraints") ?? []].map(checkConstraint)));
-    }
-    if (!("avoid_overlaps" in this.waiting)) this.read("avoid_overlaps", () => (this.apart = this.model.get("avoid_overlaps") ?? null));
-    this.read("_obstacles", () => (this.backdrop = this.model.get("_obstacles") ?? ""));
-    this.read("_steps", () => (this.steps = [0, 1].map((i) => Number(this.model.get("_steps")?.[i]) || 0)));
-    this.read("height", () => (this.height = Number(this.model.get("height")) || null));
-    this.read("theme", () => (this.theme = String(this.model.get("theme") || "auto")));
-    this.read("throttle", () => (this.throttle = Number(this.model.get("throttle")) || 0));
-    this.read("error", () => (this.error = String(this.model.get("error") || "")));
     return fresh;
   }
 
-  /** @private @param {Trait} trait @param {() => void} take */
-  read(trait, take) {
-    if (!this.stale.delete(trait)) return;
+  /** @param {string} field @param {any} value */
+  #show(field, value) {
+    Object.assign(this, { [field]: value });
+  }
+
+  /** @param {string} trait @param {() => void} take */
+  #read(trait, take) {
+    if (!this.#stale.delete(trait)) return;
     this.version++;
     try {
       take();
@@ -135,10 +148,10 @@ export class Session {
    * @returns {boolean} false when the view has changed the axes since, and so does not want these
    */
   take(axes) {
-    if ("axes" in this.waiting || this.word === null) return false;
+    if ("axes" in this.#waiting || this.word === null) return false;
     if (axes === null || typeof axes !== "object") throw new Error("the answer has no axes");
     this.axes = conform(this.word, axes, this.shared, this.selected);
-    this.stale.delete("axes");
+    this.#stale.delete("axes");
     this.version++;
     return true;
   }
@@ -149,34 +162,29 @@ export class Session {
    * @param {string} gesture
    */
   finish(gesture) {
-    this.model.set("axes", this.axes);
-    this.model.set("_gesture", gesture);
-    this.model.save_changes();
+    this.#model.set("axes", this.axes);
+    this.#model.set("_gesture", gesture);
+    this.#model.save_changes();
   }
 
   /** Shows axes that a drag predicts; the kernel is told of them by the drag itself. @param {Values | Values[]} axes */
   predict(axes) {
     this.axes = axes;
     this.version++;
-    this.changed();
+    this.#changed();
   }
 
   /**
    * Shows a change at once and keeps it for `flush`.
-   * @param {{axes?: any, shared?: boolean, _pins?: Handle[], locks?: string[], constraints?: any[], avoid_overlaps?: boolean}} patch
+   * @param {{axes?: any, shared?: boolean, _pins?: Handle[], locks?: string[], constraints?: any[], avoid_overlaps?: boolean, teaching?: boolean}} patch
    * @param {string} [source] what makes the change; changes of one source in quick succession are one step of undo
    */
   write(patch, source = "") {
     this.resume(source);
-    Object.assign(this.waiting, patch, { _gesture: this.gesture.name });
-    if (patch.axes) this.axes = patch.axes;
-    if (patch.shared !== undefined) this.shared = patch.shared;
-    if (patch.avoid_overlaps !== undefined) this.apart = patch.avoid_overlaps;
-    if (patch._pins) this.pins = patch._pins;
-    if (patch.locks) this.locks = patch.locks;
-    if (patch.constraints) this.constraints = patch.constraints;
+    Object.assign(this.#waiting, patch, { _gesture: this.gesture.name });
+    for (const [trait, value] of Object.entries(patch)) this.#show(FIELDS[trait]?.[0] ?? trait, value);
     this.version++;
-    this.changed();
+    this.#changed();
   }
 
   /** The changes that follow belong to the last gesture if that has the same source and is not long ago. @param {string} source */
@@ -193,17 +201,28 @@ export class Session {
 
   /** Gives the model what waits, all in one save. @returns {boolean} whether there was anything */
   flush() {
-    const patch = Object.entries(this.waiting);
+    const patch = Object.entries(this.#waiting);
     if (patch.length === 0) return false;
-    this.waiting = {};
-    for (const [trait, value] of patch) this.model.set(trait, value);
-    this.model.save_changes();
+    this.#waiting = {};
+    for (const [trait, value] of patch) this.#model.set(trait, value);
+    this.#model.save_changes();
     return true;
   }
 
   /** What drags keep as it is. */
   get wishes() {
-    return { locks: this.locks, constraints: this.constraints };
+    return { locks: this.locks, constraints: this.constraints, range: this.range };
+  }
+
+  /** The axes where all letters of the range take those of the selected one. */
+  get together() {
+    const { axes, values } = this;
+    return isArray(axes) ? axes.map((own, i) => (this.chosen(i) ? values : own)) : axes;
+  }
+
+  /** Is a letter in the range that changes together? @param {number} letter */
+  chosen(letter) {
+    return letter >= this.range[0] && letter <= this.range[1];
   }
 
   /** The values that the sliders act on. @returns {Values} */
@@ -211,12 +230,12 @@ export class Session {
     return isArray(this.axes) ? this.axes[this.selected] ?? {} : this.axes;
   }
 
-  /** @param {Values} changes axis values of the selected letter, or of all when they share them @param {string} [source] */
+  /** @param {Values} changes axis values of the letters of the range, or of all when they share them @param {string} [source] */
   setValues(changes, source) {
-    const { axes, selected } = this;
+    const { axes } = this;
     this.write({
       axes: isArray(axes)
-        ? axes.map((values, i) => (i === selected ? { ...values, ...changes } : values))
+        ? axes.map((values, i) => (this.chosen(i) ? { ...values, ...changes } : values))
         : { ...axes, ...changes },
     }, source);
   }
@@ -238,11 +257,19 @@ export class Session {
     this.write({ locks: others.length < this.locks.length ? others : [...others, tag] });
   }
 
-  /** @param {number} letter */
-  select(letter) {
-    if (this.selected === letter) return;
-    this.selected = letter;
+  /**
+   * Selects a letter.
+   * @param {number} letter
+   * @param {"alone" | "within" | "to"} [how] alone; within the range if that has it; or the range up to this letter
+   */
+  select(letter, how = "alone") {
+    const { selected } = this;
+    if (how === "to") this.range = [Math.min(selected, letter), Math.max(selected, letter)];
+    else {
+      if (how === "alone" || !this.chosen(letter)) this.range = [letter, letter];
+      this.selected = letter;
+    }
     this.version++;
-    this.changed();
+    this.#changed();
   }
 }

@@ -42,23 +42,25 @@ export function windowFor(layout) {
 }
 
 export class Drawing {
+  #baseline; #animation; #colours; #letters; #row; #window;
+
   constructor() {
-    this.baseline = svg("line", { class: "vfw-baseline", x1: -1e5, x2: 1e5, y1: 0, y2: 0 });
+    this.#baseline = svg("line", { class: "vfw-baseline", x1: -1e5, x2: 1e5, y1: 0, y2: 0 });
     /** What lies behind the word; its path data is for others to set. */
     this.backdrop = svg("path", { class: "vfw-obstacles" });
-    this.letters = svg("g", { class: "vfw-letters" });
-    this.colours = svg("g", { class: "vfw-colours" });
+    this.#letters = svg("g", { class: "vfw-letters" });
+    this.#colours = svg("g", { class: "vfw-colours" });
     /** For whoever draws on top of the word. */
     this.overlay = svg("g", { class: "vfw-overlay" });
     this.svg = svg("svg", { class: "vfw-svg", preserveAspectRatio: "xMidYMid meet" },
-      this.baseline, this.backdrop, this.colours, this.letters, this.overlay);
+      this.#baseline, this.backdrop, this.#colours, this.#letters, this.overlay);
     /** @type {Layout | null} */
     this.layout = null;
     /** The row of glyphs that the paths are for. @type {import("../word/rows.js").Row | null} */
-    this.row = null;
+    this.#row = null;
     /** @type {Box} */
-    this.window = { x: 0, y: -1000, width: 1000, height: 1000 };
-    this.animation = 0;
+    this.#window = { x: 0, y: -1000, width: 1000, height: 1000 };
+    this.#animation = 0;
     /** Whether the window was chosen by hand, and so does not fit itself to the word. */
     this.chosen = false;
     /** Called while the window moves. @type {() => void} */
@@ -68,23 +70,23 @@ export class Drawing {
   /** @param {import("../word/decode.js").Word} word @param {any} axes user values, as Layout.evaluate takes them */
   setWord(word, axes) {
     this.layout = new Layout(word).evaluate(axes);
-    this.place(this.layout);
+    this.#place(this.layout);
     this.chosen = false;
     this.show(windowFor(this.layout));
   }
 
-  /** A path for each letter. @private @param {Layout} layout */
-  place({ row }) {
-    this.row = row;
-    this.letters.replaceChildren(...row.order.map((_, i) =>
+  /** A path for each letter. @param {Layout} layout */
+  #place({ row }) {
+    this.#row = row;
+    this.#letters.replaceChildren(...row.order.map((_, i) =>
       svg("path", { class: "vfw-letter", "data-letter": i, "fill-rule": "nonzero" })));
   }
 
   /** @param {any} axes */
   draw(axes) {
     if (this.layout === null) return;
-    if (this.layout.evaluate(axes).row !== this.row) this.place(this.layout);
-    const paths = this.letters.children;
+    if (this.layout.evaluate(axes).row !== this.#row) this.#place(this.layout);
+    const paths = this.#letters.children;
     const colours = [];
     for (let i = 0; i < paths.length; i++) {
       const place = { transform: `translate(${round(this.layout.x[i])} ${round(-this.layout.y[i])})` };
@@ -94,7 +96,7 @@ export class Drawing {
       attr(paths[i], "fill-opacity", this.layout.glyphs[i].layers.length ? "0" : "1");
       colours.push(svg("g", place, ...layers(this.layout, i)));
     }
-    this.colours.replaceChildren(...colours.filter((group) => group.childNodes.length));
+    this.#colours.replaceChildren(...colours.filter((group) => group.childNodes.length));
   }
 
   /**
@@ -117,20 +119,20 @@ export class Drawing {
 
   /** @param {Box} box */
   show(box) {
-    this.window = box;
+    this.#window = box;
     attr(this.svg, "viewBox", `${box.x} ${box.y} ${box.width} ${box.height}`);
   }
 
-  /** Pixels a font unit would take in a window. @private @param {Box} box */
-  scale(box) {
+  /** Pixels a font unit would take in a window. @param {Box} box */
+  #scale(box) {
     const { width, height } = this.svg.getBoundingClientRect();
     return Math.min(width / box.width, height / box.height);
   }
 
-  /** The part of the plane that is shown: the window, extended to the shape of the element. @private @returns {Box} */
-  get visible() {
-    const { x, y, width, height } = this.window, scale = this.scale(this.window);
-    if (!(scale > 0)) return this.window; // not on the page
+  /** The part of the plane that is shown: the window, extended to the shape of the element. @returns {Box} */
+  get #visible() {
+    const { x, y, width, height } = this.#window, scale = this.#scale(this.#window);
+    if (!(scale > 0)) return this.#window; // not on the page
     const rect = this.svg.getBoundingClientRect(), w = rect.width / scale, h = rect.height / scale;
     return { x: x - (w - width) / 2, y: y - (h - height) / 2, width: w, height: h };
   }
@@ -138,7 +140,7 @@ export class Drawing {
   /** Shows things larger by a factor; a place in word coordinates stays where it is. @param {number} factor @param {[number, number]} place */
   zoom(factor, [x, y]) {
     if (this.layout === null || !Number.isFinite(x + y)) return;
-    const from = this.visible, least = windowFor(this.layout).width / MOST, most = windowFor(this.layout).width * MOST;
+    const from = this.#visible, least = windowFor(this.layout).width / MOST, most = windowFor(this.layout).width * MOST;
     const part = Math.min(most, Math.max(least, from.width / factor)) / from.width;
     this.hold();
     this.show({
@@ -148,7 +150,7 @@ export class Drawing {
 
   /** Moves the picture by so many pixels, to the right and down. @param {number} dx @param {number} dy */
   pan(dx, dy) {
-    const { x, y, width, height } = this.visible, { pixel } = this;
+    const { x, y, width, height } = this.#visible, { pixel } = this;
     this.hold();
     this.show({ x: x - dx * pixel, y: y - dy * pixel, width, height });
   }
@@ -156,7 +158,7 @@ export class Drawing {
   /** Makes room when a drag moves the word out of the picture; what is under the pointer stays there. @param {[number, number]} place */
   follow([x, y]) {
     if (this.layout === null || this.chosen) return;
-    const { x: left, y: top, width, height } = this.visible, [l, b, r, t] = this.layout.box();
+    const { x: left, y: top, width, height } = this.#visible, [l, b, r, t] = this.layout.box();
     const room = [x - left, left + width - x, y + top + height, -top - y], wanted = [x - l, r - x, y - b, t - y];
     // A pointer that has left the picture leaves no room to zoom about it.
     if (room.some((v, i) => !(v > width / 50) && wanted[i] > v)) return;
@@ -167,18 +169,18 @@ export class Drawing {
   /** Does the word leave the picture, sit far from its middle, or look lost in it? A window that was chosen by hand always fits. */
   get fits() {
     if (this.layout === null || this.chosen) return true;
-    const now = this.scale(this.window);
+    const now = this.#scale(this.#window);
     if (!(now > 0)) return true; // not on the page
-    const shown = this.visible, wanted = windowFor(this.layout), [left, bottom, right, top] = this.layout.box();
+    const shown = this.#visible, wanted = windowFor(this.layout), [left, bottom, right, top] = this.layout.box();
     const inside = left >= shown.x && right <= shown.x + shown.width && -top >= shown.y && -bottom <= shown.y + shown.height;
     const shift = Math.abs(wanted.x + wanted.width / 2 - shown.x - shown.width / 2);
-    return inside && shift < 0.15 * shown.width && this.scale(wanted) < 1.35 * now;
+    return inside && shift < 0.15 * shown.width && this.#scale(wanted) < 1.35 * now;
   }
 
   /** Moves the window to where the word is now, gently unless less motion is asked for. */
   fit() {
     if (this.layout === null) return;
-    const from = this.window, to = windowFor(this.layout), began = performance.now();
+    const from = this.#window, to = windowFor(this.layout), began = performance.now();
     const still = globalThis.matchMedia?.("(prefers-reduced-motion: reduce)").matches;
     this.hold();
     this.chosen = false;
@@ -190,16 +192,16 @@ export class Drawing {
       const part = Math.min(1, Math.max(0, (now - began) / 240)), ease = 1 - (1 - part) ** 3;
       const mix = (/** @type {keyof Box} */ key) => from[key] + ease * (to[key] - from[key]);
       this.show({ x: mix("x"), y: mix("y"), width: mix("width"), height: mix("height") });
-      this.animation = part < 1 ? requestAnimationFrame(step) : 0;
+      this.#animation = part < 1 ? requestAnimationFrame(step) : 0;
       this.onmove();
     };
-    this.animation = requestAnimationFrame(step);
+    this.#animation = requestAnimationFrame(step);
   }
 
   /** Stops a window in motion: nothing may slide away under a pressed pointer. */
   hold() {
-    cancelAnimationFrame(this.animation);
-    this.animation = 0;
+    cancelAnimationFrame(this.#animation);
+    this.#animation = 0;
   }
 
   /** Word coordinates of a place on the page; NaN while the picture is not shown. @param {number} x @param {number} y */

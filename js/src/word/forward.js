@@ -164,6 +164,8 @@ export function interpolate(glyph, gamma, out) {
 
 /** A word laid out at some axis values (Eq. 3 and what shaping adds); made once, moved as often as wanted. */
 export class Layout {
+  #chains;
+
   /** @param {Word} word */
   constructor(word) {
     this.word = word;
@@ -171,11 +173,11 @@ export class Layout {
     this.places = [];
     /** @type {Float64Array[]} */
     this.gammas = [];
-    this.set(word.rows[0], "");
+    this.#set(word.rows[0], "");
   }
 
-  /** Makes room for another row of glyphs. @private @param {import("./rows.js").Row} row @param {string} key */
-  set(row, key) {
+  /** Makes room for another row of glyphs. @param {import("./rows.js").Row} row @param {string} key */
+  #set(row, key) {
     this.row = row;
     this.key = key;
     const count = row.anchors.length, letters = row.order.length;
@@ -186,7 +188,7 @@ export class Layout {
     this.x = new Float64Array(count);
     this.y = new Float64Array(count);
     this.advance = new Float64Array(letters);
-    this.chains = row.anchors.map((_, i) => chain(row, i));
+    this.#chains = row.anchors.map((_, i) => chain(row, i));
   }
 
   /**
@@ -203,7 +205,7 @@ export class Layout {
       return rowAt(word, this.places[v]);
     });
     const key = String(choice);
-    if (key !== this.key) this.set(rowOf(word, choice), key);
+    if (key !== this.key) this.#set(rowOf(word, choice), key);
     const { row } = this;
     const gamma = (/** @type {number} */ letter) => this.gammas[shared ? 0 : letter];
     // Letters that share a glyph and their axes are copies.
@@ -220,7 +222,7 @@ export class Layout {
     }
     for (let i = 0; i < row.anchors.length; i++) {
       let x = word.tracking * row.gaps[i], y = 0;
-      for (const k of this.chains[i]) {
+      for (const k of this.#chains[i]) {
         const own = row.own[k], beside = row.beside[k], anchor = row.anchors[k];
         const here = gamma(k < row.order.length ? k : Math.max(anchor, 0)), there = gamma(Math.max(anchor, 0));
         x += valueOf(own.x, here) + valueOf(beside.x, there);

@@ -17,22 +17,24 @@ const STEP = 1e-9;
 export const END = "end";
 
 export class Positions {
+  #gamma; #slopes; #affine; #owners; #vectors; #points; #word;
+
   /**
    * @param {import("./decode.js").Word} word
    * @param {import("./rows.js").Row} row the row of glyphs that the handles are on
    * @param {(Handle | typeof END)[]} handles
-   * @param {boolean} shared one axis vector for the word, or one for each letter
+   * @param {number[]} owners the axis vector of each letter
    */
-  constructor(word, row, handles, shared) {
-    this.word = word;
-    this.shared = shared;
+  constructor(word, row, handles, owners) {
+    this.#word = word;
+    this.#owners = owners;
     /** How many axis vectors there are, and how many numbers all of them have. */
-    this.vectors = shared ? 1 : row.order.length;
-    this.size = this.vectors * word.axes.length;
-    this.points = handles.map((handle) => point(word, row, handle));
-    this.affine = !word.final && this.points.every(({ outline }) => !outline);
-    this.gamma = Array.from({ length: this.vectors }, () => new Float64Array(word.regions.count));
-    this.slopes = Array.from({ length: this.vectors }, () => new Float64Array(word.regions.axis.length));
+    this.#vectors = Math.max(...owners) + 1;
+    this.size = this.#vectors * word.axes.length;
+    this.#points = handles.map((handle) => point(word, row, handle));
+    this.#affine = !word.final && this.#points.every(({ outline }) => !outline);
+    this.#gamma = Array.from({ length: this.#vectors }, () => new Float64Array(word.regions.count));
+    this.#slopes = Array.from({ length: this.#vectors }, () => new Float64Array(word.regions.axis.length));
     this.x = new Float64Array(handles.length);
     this.y = new Float64Array(handles.length);
     /** The derivatives of x and y, one row for each point. */
@@ -44,12 +46,12 @@ export class Positions {
   evaluate(theta) {
     const { x, y, dx, dy } = this;
     // Where the points are not affine in the scalars at theta, difference quotients take the place of the slopes.
-    const columns = this.affine ? [] : Array.from(theta, (w, i) => {
+    const columns = this.#affine ? [] : Array.from(theta, (w, i) => {
       const step = w + STEP > 1 ? -STEP : STEP;
-      this.set(theta.map((v, j) => (j === i ? v + step : v)));
+      this.#set(theta.map((v, j) => (j === i ? v + step : v)));
       return { x: x.slice(), y: y.slice(), step };
     });
-    this.set(theta);
+    this.#set(theta);
     columns.forEach((moved, i) => x.forEach((_, p) => {
       dx[p][i] = (moved.x[p] - x[p]) / moved.step;
       dy[p][i] = (moved.y[p] - y[p]) / moved.step;
@@ -57,29 +59,29 @@ export class Positions {
     return this;
   }
 
-  /** Positions and slopes. @private @param {Float64Array} theta */
-  set(theta) {
-    const { word, points, x, y, dx, dy } = this, n = word.axes.length;
+  /** Positions and slopes. @param {Float64Array} theta */
+  #set(theta) {
+    const { x, y, dx, dy } = this, word = this.#word, points = this.#points, n = word.axes.length;
     /** @type {ArrayLike<number>[]} */
     const places = [];
-    for (let v = 0; v < this.vectors; v++) {
+    for (let v = 0; v < this.#vectors; v++) {
       const w = places[v] = final(word, theta.subarray(v * n, (v + 1) * n));
-      scalars(word.regions, w, this.gamma[v]);
-      slopes(word.regions, w, this.slopes[v]);
+      scalars(word.regions, w, this.#gamma[v]);
+      slopes(word.regions, w, this.#slopes[v]);
     }
     points.forEach(({ constant, parts, advances, outline, weights, letter }, p) => {
       dx[p].fill(0);
       dy[p].fill(0);
       [x[p], y[p]] = constant;
       for (const part of parts) {
-        if (part.x) x[p] += this.add(part.x, part, dx[p]);
-        if (part.y) y[p] += this.add(part.y, part, dy[p]);
+        if (part.x) x[p] += this.#add(part.x, part, dx[p]);
+        if (part.y) y[p] += this.#add(part.y, part, dy[p]);
       }
       for (const part of advances) {
         // An advance is never negative, as in HarfBuzz.
-        if (part.x && valueOf(part.x, this.scalarsOf(part.letter)) > 0) x[p] += this.add(part.x, part, dx[p]);
+        if (part.x && valueOf(part.x, this.#scalarsOf(part.letter)) > 0) x[p] += this.#add(part.x, part, dx[p]);
       }
-      const control = outline ? evaluate(outline, word.regions, places[this.shared ? 0 : letter]) : [];
+      const control = outline ? evaluate(outline, word.regions, places[this.#owners[letter]]) : [];
       for (const [at, weight] of outline ? weights : []) {
         x[p] += weight * control[2 * at];
         y[p] += weight * control[2 * at + 1];
@@ -87,28 +89,28 @@ export class Positions {
     });
   }
 
-  /** @private @param {number} letter */
-  scalarsOf(letter) {
-    return this.gamma[this.shared ? 0 : letter];
+  /** @param {number} letter */
+  #scalarsOf(letter) {
+    return this.#gamma[this.#owners[letter]];
   }
 
-  /** The value of a form, and its derivative added to a row. @private @param {Form} form @param {Part} part @param {Float64Array} row */
-  add(form, { letter, share }, row) {
-    const { first, axis } = this.word.regions, vector = this.shared ? 0 : letter, start = vector * this.word.axes.length;
+  /** The value of a form, and its derivative added to a row. @param {Form} form @param {Part} part @param {Float64Array} row */
+  #add(form, { letter, share }, row) {
+    const { first, axis } = this.#word.regions, vector = this.#owners[letter], start = vector * this.#word.axes.length;
     for (let j = 0; j < form.regions.length; j++) {
       const region = form.regions[j];
       for (let i = first[region]; i < first[region + 1]; i++) {
-        row[start + axis[i]] += share * form.deltas[j] * this.slopes[vector][i];
+        row[start + axis[i]] += share * form.deltas[j] * this.#slopes[vector][i];
       }
     }
-    return share * valueOf(form, this.gamma[vector]);
+    return share * valueOf(form, this.#gamma[vector]);
   }
 
   /** The normalized coordinates at which the derivatives jump, for each axis. @returns {number[][]} */
   kinks() {
-    if (this.word.kinks) return this.word.kinks;
-    const { regions, axes } = this.word, { first, axis, start, peak, end } = regions;
-    const felt = new Set(this.points.flatMap(({ parts, advances }) =>
+    if (this.#word.kinks) return this.#word.kinks;
+    const { regions, axes } = this.#word, { first, axis, start, peak, end } = regions;
+    const felt = new Set(this.#points.flatMap(({ parts, advances }) =>
       [...parts, ...advances].flatMap((part) => [part.x, part.y].flatMap((form) => form?.regions ?? []))));
     const kinks = axes.map(() => /** @type {Set<number>} */ (new Set()));
     for (const j of felt) {
@@ -139,11 +141,11 @@ function point(word, row, handle) {
 }
 
 /** The control points that a point on a curve is a blend of, and their weights. @param {import("./decode.js").Glyph} glyph @param {Handle} handle */
-const blend = ({ contours, starts }, [, contour, segment, t]) =>
+export const blend = ({ contours, starts }, [, contour, segment, t]) =>
   bernstein(t).map((weight, i) => [starts[contour] + ((3 * segment + i) % (3 * contours[contour])), weight]);
 
 /** A point relative to the origin of its letter. @param {import("./decode.js").Glyph} glyph @param {number[][]} weights */
-function within({ k, points, regions }, weights) {
+export function within({ k, points, regions }, weights) {
   const layer = (/** @type {number} */ index, /** @type {number} */ coordinate) =>
     weights.reduce((sum, [at, weight]) => sum + weight * points[2 * (index * k + at) + coordinate], 0);
   const form = (/** @type {number} */ coordinate) =>

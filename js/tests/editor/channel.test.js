@@ -61,7 +61,6 @@ test("120 rapid moves against a 60 ms kernel: few messages, one in flight, quick
   channel.push(body("down", 0));
   for (let i = 1; i <= 120; i++) {
     channel.push(body("move", i));
-    assert.ok(channel.waiting.length <= 1);
     clock.advance(8);
   }
   channel.push(body("up", 121));
@@ -198,14 +197,12 @@ test("reset forgets; close still sends an up that waits", () => {
 });
 
 test("throttled moves keep their distance; what opens and closes a drag does not wait", () => {
-  const { channel, log, clock } = setUp(echo(5));
-  channel.throttle = 100;
-  const times = [];
-  const send = channel.send;
-  channel.send = (message) => {
+  const times = [], answer = echo(5);
+  const { channel, log, clock } = setUp((message, clock, receive) => {
     times.push([message.phase, clock.now]);
-    send(message);
-  };
+    answer(message, clock, receive);
+  });
+  channel.throttle = 100;
   channel.push(body("down", 0));
   for (let i = 1; i <= 60; i++) {
     clock.advance(5);

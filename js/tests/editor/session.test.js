@@ -167,3 +167,19 @@ test("locks, the history and the looks are read, and nonsense is named", () => {
   assert.deepEqual([session.locks, session.steps, session.height], [["wdth"], [0, 0], null]);
   assert.match(session.problems.get("locks"), /not a list/);
 });
+
+test("letters that are selected together change together", () => {
+  const axes = [{ wght: 500, wdth: 100 }, { wght: 600, wdth: 90 }, { wght: 700, wdth: 100 }];
+  const session = new Session(new Model({ _word: rawWord(), axes, shared: false }), () => {});
+  session.pull(false);
+  session.select(0);
+  session.select(1, "to");
+  assert.deepEqual([session.range, session.selected], [[0, 1], 0]);
+  session.setValues({ wdth: 80 });
+  assert.deepEqual(session.axes, [{ wght: 500, wdth: 80 }, { wght: 600, wdth: 80 }, { wght: 700, wdth: 100 }]);
+  session.select(1, "within");
+  assert.deepEqual([session.range, session.selected], [[0, 1], 1]);
+  assert.deepEqual(session.together[0], { wght: 600, wdth: 80 });
+  session.select(2, "within");
+  assert.deepEqual(session.range, [2, 2]);
+});

@@ -91,3 +91,15 @@ test("a drag goes on beyond a boundary with the point carried to the other glyph
   assert.ok(back.met && Math.abs(back.axes.wght - inside.axes.wght) < 1);
   assert.deepEqual(back.held, []);
 });
+
+test("letters of a range share one axis vector, as a whole word does", () => {
+  const handle = [1, 0, 1, 0.5], values = { wght: 450, wdth: 90 }, [x, y] = position(values, handle), goal = [x + 40, y];
+  const shared = new Drag(word, values, { handle }).to(goal);
+  const all = new Drag(word, [values, values, values], { handle, range: [0, 2] }).to(goal);
+  for (const own of all.axes) assert.deepEqual(own, shared.axes);
+  const some = new Drag(word, [values, values, values], { handle, range: [1, 2] }).to(goal).axes;
+  assert.deepEqual(some[1], some[2]);
+  assert.notDeepEqual(some[0], some[1]);
+  const { held } = new Drag(word, [values, values, values], { handle, range: [1, 2] }).to([9000, 350]);
+  assert.deepEqual([...new Set(held.map(({ letter }) => letter))], [0, 1]);
+});

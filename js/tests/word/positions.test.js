@@ -13,11 +13,14 @@ function flat(word, axes) {
   return Float64Array.from([axes].flat().flatMap((values) => [...coordinates(word, values, new Float64Array(word.axes.length))]));
 }
 
+/** The axis vector of each letter. */
+const owners = (word, axes) => word.rows[0].order.map((_, i) => (Array.isArray(axes) ? i : 0));
+
 test("positions are those of the layout, with shared axes and with axes for each letter", () => {
   const word = decodeWord(rawWord());
   for (const axes of [...places, places]) {
     const layout = new Layout(word).evaluate(axes);
-    const { x, y } = new Positions(word, word.rows[0], [...handles, END], !Array.isArray(axes)).evaluate(flat(word, axes));
+    const { x, y } = new Positions(word, word.rows[0], [...handles, END], owners(word, axes)).evaluate(flat(word, axes));
     handles.forEach((handle, i) => {
       const [px, py] = layout.position(handle);
       assert.ok(Math.abs(x[i] - px) < 1e-9 && Math.abs(y[i] - py) < 1e-9);
@@ -29,7 +32,7 @@ test("positions are those of the layout, with shared axes and with axes for each
 test("derivatives are those of differences", () => {
   const word = decodeWord(rawWord()), step = 1e-6;
   for (const axes of [...places, places]) {
-    const positions = new Positions(word, word.rows[0], [...handles, END], !Array.isArray(axes)), theta = flat(word, axes);
+    const positions = new Positions(word, word.rows[0], [...handles, END], owners(word, axes)), theta = flat(word, axes);
     const at = (i, by) => {
       const moved = theta.slice();
       moved[i] += by;
@@ -49,16 +52,16 @@ test("derivatives are those of differences", () => {
 test("an advance below zero pushes nothing", () => {
   const raw = rawWord();
   raw.glyphs[0].advance.deltas = [0, -5000];
-  const word = decodeWord(raw), positions = new Positions(word, word.rows[0], [[1, 0, 0, 0]], true).evaluate(Float64Array.of(0, -1));
+  const word = decodeWord(raw), positions = new Positions(word, word.rows[0], [[1, 0, 0, 0]], owners(word, {})).evaluate(Float64Array.of(0, -1));
   assert.equal(positions.x[0], 100);
   assert.deepEqual([...positions.dx[0]], [0, 0]);
 });
 
 test("kinks are those of the regions that move the points", () => {
   const word = decodeWord(rawWord());
-  assert.deepEqual(new Positions(word, word.rows[0], [[0, 0, 0, 0]], true).kinks(), [[0, 1], [-1, 0]]);
+  assert.deepEqual(new Positions(word, word.rows[0], [[0, 0, 0, 0]], owners(word, {})).kinks(), [[0, 1], [-1, 0]]);
   // The i by itself does not depend on the width, but the o before it does.
-  assert.deepEqual(new Positions(word, word.rows[0], [[1, 0, 0, 0]], true).kinks(), [[0, 1], [-1, 0]]);
+  assert.deepEqual(new Positions(word, word.rows[0], [[1, 0, 0, 0]], owners(word, {})).kinks(), [[0, 1], [-1, 0]]);
 });
 
 test("denormalize undoes normalize, on bent, flat and one-sided axes", () => {

@@ -67,7 +67,7 @@ test("positions follow every row, with shared axes and with axes for each letter
   for (const axes of [...places, places]) {
     const layout = new Layout(word).evaluate(axes), vectors = [axes].flat();
     const theta = Float64Array.from(vectors.flatMap((values) => [...coordinates(word, values, new Float64Array(2))]));
-    const positions = new Positions(word, layout.row, handles, !Array.isArray(axes)).evaluate(theta);
+    const positions = new Positions(word, layout.row, handles, layout.row.order.map((_, i) => (Array.isArray(axes) ? i : 0))).evaluate(theta);
     const expected = [...handles.slice(0, 3).map((handle) => layout.position(handle)), [layout.x[3], layout.y[3]]];
     expected.forEach(([x, y], i) => assert.ok(Math.hypot(positions.x[i] - x, positions.y[i] - y) < 1e-9));
     const before = [...positions.x], slopes = positions.dx.map((row) => row.slice());

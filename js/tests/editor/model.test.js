@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { Model } from "../src/page.js";
-import { Session } from "../src/editor/session.js";
-import { rawWord } from "./oil.js";
+import { Model } from "../../src/editor/model.js";
+import { Session } from "../../src/editor/session.js";
+import { rawWord } from "../oil.js";
 
 test("a page's model keeps what the view writes", () => {
   const model = new Model({ _word: rawWord(), axes: { wght: 500 }, shared: true });
