@@ -175,6 +175,38 @@ def test_a_fast_bar_pushes_letters_and_passes_through_none(speed) -> None:
     assert points[-1, :, 0].min() > 1059
 
 
+@pytest.mark.slow
+# Round letters begin below the floor, and are lifted first.
+@pytest.mark.filterwarnings("ignore:At the start:vfwidget.errors.MotionWarning")
+@pytest.mark.parametrize(
+    ("string", "weight", "speed", "restitution", "low"),
+    # The corner of "i" reaches into "n"; the tip of "E" lies between the curves of "O".
+    [("in", 500, 1500, 0.3, 60), ("HEO", 607, 1472, 0.3, 150), ("ab", 553, 2185, 0.0, 200)],
+)
+def test_letters_that_are_pushed_into_each_other_are_never_blocked(
+    string, weight, speed, restitution, low
+) -> None:
+    def bar(time):
+        x = -200 + min(speed * time, 700)
+        corners = [(x - 100, low), (x, low), (x, low + 360), (x - 100, low + 360)]
+        return [corners, FLOOR]
+
+    word = vf.Text("recursive", string, axes={"wght": weight}, shared=False)
+    gravity = (0, -4000)
+    pushed = vf.simulate(
+        word,
+        26,
+        forces=gravity,
+        obstacles=bar,
+        positions=True,
+        restitution=restitution,
+        progress=False,
+    )
+    assert pushed.penetration.max() < 0.1
+    first, last = pushed.positions[[0, -1], :, 0]
+    assert (last > first).all()
+
+
 def test_letters_that_overlap_at_the_start_are_moved_apart_first() -> None:
     bar = [(-100, -100), (900, -100), (900, 20), (-100, 20)]
     text = vf.Text("recursive", "o")

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from itertools import product
 
 import numpy as np
 import pytest
+import shapely
 from shapely.affinity import translate
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
 import vfwidget as vf
+from vfwidget.outline.union import without_overlaps
 from vfwidget.overlap.gaps import Outlines
 from vfwidget.overlap.shape import Shape, letters, polygon
 
@@ -26,6 +29,19 @@ def outer(shape: Shape):
         for a, b in zip([0, *ends[:-1]], ends, strict=True)
     ]
     return unary_union(parts)
+
+
+def simple(shape: Shape) -> Shape:
+    """The shape without overlaps between its contours."""
+    contours = without_overlaps(shape.segments, shape.sizes)
+    return Shape(np.concatenate(contours), [len(contour) for contour in contours])
+
+
+def filled(shape: Shape):
+    """A shape without overlaps as a fine polygon, holes included."""
+    parts = np.split(shape.segments, np.cumsum(shape.sizes)[:-1])
+    rings = [Polygon(np.einsum("tk,skc->stc", WEIGHTS, part).reshape(-1, 2)) for part in parts]
+    return reduce(Polygon.symmetric_difference, rings)
 
 
 @pytest.mark.parametrize(("font", "pair"), list(product(vf.bundled_fonts(), ["Oa", "Ts", "NT"])))
@@ -64,3 +80,25 @@ def test_a_point_inside_has_a_negative_gap_and_obstacles_have_none() -> None:
     assert (abs(deepest.normal[:, 0]) > 0.99).all()
     none = Outlines(shapes, 0).gaps(np.concatenate([s.segments for s in shapes]), 10.0)
     assert not len(none.gap)
+
+
+@pytest.mark.parametrize("font", vf.bundled_fonts())
+def test_every_gap_is_the_signed_distance_of_its_point(font) -> None:
+    rng = np.random.default_rng(len(font))
+    for pair in ("Hi", "EO", "in", "ab"):
+        first, second = map(simple, letters(vf.Text(font, pair, shared=False)))
+        one, other = filled(first), filled(second)
+        # The second letter stands at the right of the first one, up to 40 units inside it.
+        right, left = one.bounds[2], other.bounds[0]
+        way = right - left - rng.uniform(0, 40), rng.uniform(-300, 300)
+        second = Shape(second.segments + np.array(way), second.sizes)
+        other = translate(other, *way)
+        segments = np.concatenate([first.segments, second.segments])
+        gaps = Outlines([first, second], 2).gaps(segments, 40.0)
+        points, _ = gaps.ends(segments)
+        for shape, solid in enumerate((one, other)):
+            to_it = gaps.shape[:, 1] == shape
+            distance = shapely.distance(shapely.points(points[to_it]), solid.boundary)
+            inside = shapely.contains_xy(solid, points[to_it])
+            signed = np.where(inside, -distance, distance)
+            np.testing.assert_allclose(gaps.gap[to_it], signed, atol=0.1, err_msg=pair)

@@ -48,8 +48,12 @@ MOST_ROUNDS, DEEPEST = 8, 0.02
 """Contacts are found again until none is deeper than the second number, in font units."""
 NEARBY, DEEP = 6.0, 100.0
 """They are found within the motion of the step, but within these numbers at least and at most."""
+LEFT = 0.25
+"""Font units: if a deeper contact is left, the step is tried again with half of its time."""
 BLOCKED = 4.0
 """Font units: a deeper contact that is left at the end of a step cannot be resolved."""
+UNCLEAR = 1.0
+"""Font units: contacts that are deeper are found where the contacts before the step lead."""
 MARGIN = 1.0
 """Font units beyond the motion of a step within which contacts are found."""
 
@@ -250,7 +254,16 @@ class _Step:
                 self._last(part * self.h)
                 return self._moved(self.free), self.h
             return self._reflected(), 0.0
-        return self._in_contact(), self.h
+        while True:
+            state, depth = self._in_contact()
+            shortest = self.h <= self.laws.frame / MOST_CUTS
+            if depth < LEFT or shortest:
+                break
+            # Contacts that come and go from round to round are fewer in a shorter step.
+            self._last(max(self.h / 2, self.laws.frame / MOST_CUTS))
+        if depth > BLOCKED:
+            raise BlockedError(depth)
+        return state, self.h
 
     def _part(self, near: Gaps) -> float:
         """The part of the step after which outlines have moved as far as they may."""
@@ -271,30 +284,40 @@ class _Step:
             touching = np.zeros(len(self.body.rows), dtype=bool)
         return State(place, velocity, touching)
 
-    def _in_contact(self) -> State:
-        """The state after a step with contact, without bounce."""
+    def _in_contact(self) -> tuple[State, float]:
+        """The state after a step with contact, without bounce, and its deepest contact."""
         terms, place, touches = self._motion(), self.free, self._touches(self.free, self.reach)
-        for _ in range(MOST_ROUNDS):
-            place = self._solve([*terms, Contact(touches)], place)
-            found = self._touches(place, min(max(self.reach, NEARBY), DEEP))
-            if found.gaps.gap.min(initial=0.0) > -DEEPEST:
-                break
-            touches = found
-        else:
-            depth = -float(found.gaps.gap.min(initial=0.0))
-            if depth > BLOCKED:
-                raise BlockedError(depth)
+        if touches.gaps.gap.min() < -UNCLEAR and self.matches:
+            # Deep inside, the nearest way out may lead to the wrong side. Before the step the
+            # sides were clear.
+            before = Touches(self.body, self._gaps(self.now, self.reach), self.later)
+            place = self._solve([*terms, Contact(before)], place)
+            touches = self._touches(place, self.reach)
+        place, touches, depth = self._apart(terms, touches, place)
         force = np.sqrt(STIFFNESS) * Contact(touches).residual_at(place)
         if self.laws.friction and force.any():
             pressed = np.flatnonzero(force > 0)
             rubbing = Touches(self.body, touches.gaps.some(pressed), self.later)
             start = self._relative(rubbing.gaps, self.now)
             if abs(rubbing.relative(place) - start).max() > SLIP / 10:
-                # Friction shifts letters by little, so the contacts are kept.
                 terms.append(Friction(rubbing, start, self.laws.friction * force[pressed]))
-                place = self._solve([*terms, Contact(touches)], place)
+                place, touches, depth = self._apart(terms, touches, place)
+                force = np.sqrt(STIFFNESS) * Contact(touches).residual_at(place)
         state = self._moved(place, self._letters_of(touches.gaps.some(force > 0)))
-        return state if self.scene.moving else self._without_gain(state)
+        return state if self.scene.moving else self._without_gain(state), depth
+
+    def _apart(
+        self, terms: Sequence[Term], touches: Touches, place: Place
+    ) -> tuple[Place, Touches, float]:
+        """The least place whose contacts are found there, the contacts, and how deep one is."""
+        for _ in range(MOST_ROUNDS):
+            place = self._solve([*terms, Contact(touches)], place)
+            found = self._touches(place, min(max(self.reach, NEARBY), DEEP))
+            depth = -float(found.gaps.gap.min(initial=0.0))
+            if depth < DEEPEST:
+                break
+            touches = found
+        return place, touches, depth
 
     def _touches(self, place: Mapping[str, Array], reach: float) -> Touches:
         """The contacts at a place at the end of the step."""

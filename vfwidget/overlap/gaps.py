@@ -9,7 +9,7 @@ Aanæs 2005).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,7 +107,7 @@ class Outlines:
         starts = self.slices[filled]
         bottom, top = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
         near = ((bottom[:, None] - reach < top) & (bottom - reach < top[:, None])).all(-1)
-        found = []
+        found, chords = [], {}
         for i, j in np.argwhere(np.triu(near, 1)).tolist():
             if filled[i] >= self.letters:
                 continue
@@ -119,13 +119,13 @@ class Outlines:
                     for k in (a, b)
                 )
                 if len(own) and len(other):
-                    found.append(_nearby(segments, own, other, box, reach))
+                    chords[filled[a], filled[b]] = _Chords(segments, other)
+                    found.append(_nearby(segments, own, chords[filled[a], filled[b]], box, reach))
         if not found:
             return _NONE
-        segment, t, index, s = (np.concatenate(values) for values in zip(*found, strict=True))
-        samples = self._project(segments, segment, t, index, s)
+        samples = self._project(segments, *(np.concatenate(v) for v in zip(*found, strict=True)))
         samples = samples.some(abs(samples.gap) < reach)
-        nearest = self._nearest(segments, samples)
+        nearest = self._nearest(segments, samples, chords)
         return _joined([samples, nearest.some(abs(nearest.gap) < reach)])
 
     def _project(
@@ -138,7 +138,9 @@ class Outlines:
             s = _toward(curves, s, position)
         return self._measured(segments, segment, t, index, s)
 
-    def _nearest(self, segments: Array, samples: Gaps) -> Gaps:
+    def _nearest(
+        self, segments: Array, samples: Gaps, chords: Mapping[tuple[int, int], _Chords]
+    ) -> Gaps:
         """The points of curves that are nearest to the other shape, from the nearest samples."""
         order = np.lexsort((samples.gap, samples.shape[:, 1], samples.segment[:, 0]))
         key = np.stack([samples.segment[order, 0], samples.shape[order, 1]])
@@ -166,7 +168,12 @@ class Outlines:
             away = (position - evaluate(other, s)).T
             turned = _unit(away, normal)
             normal = np.where((turned * normal).sum(1, keepdims=True) < 0, -turned, turned)
-        return self._measured(segments, segment, t, index, s)
+        # On the way another part of the outline may have become the nearest one.
+        shape = self.owner[np.stack([segment, index], 1)]
+        for pair, others in chords.items():
+            rows = np.flatnonzero((shape == pair).all(1))
+            index[rows], s[rows], _ = others.nearest(position.T[rows])
+        return self._project(segments, segment, t, index, s)
 
     def _measured(
         self, segments: Array, segment: IntArray, t: Array, index: IntArray, s: Array
@@ -203,29 +210,39 @@ class Outlines:
         return _unit(side * outward, side * np.stack([-chord[:, 1], chord[:, 0]], 1))
 
 
+class _Chords:
+    """Chords that replace some segments in the search for the nearest point."""
+
+    def __init__(self, segments: Array, which: IntArray) -> None:
+        bent = ~straight(segments[which])
+        self.index = np.concatenate([which[~bent], np.repeat(which[bent], CHORDS)])
+        curved = int(bent.sum())
+        self.first = np.zeros(len(self.index))
+        self.first[len(which) - curved :] = np.tile(np.arange(CHORDS) / CHORDS, curved)
+        self.length = np.repeat([1.0, 1 / CHORDS], [len(which) - curved, CHORDS * curved])
+        ends = _bernstein(np.concatenate([self.first, self.first + self.length]))
+        self.start, end = (ends.reshape(2, -1, 4)[..., None] * segments[self.index]).sum(2)
+        self.along = end - self.start
+
+    def nearest(self, points: Array) -> tuple[IntArray, Array, Array]:
+        """The segment, the parameter and the distance of the chord nearest to points (p, 2)."""
+        best, part, distance = nearest_chord(points, self.start, self.along)
+        return self.index[best], self.first[best] + part * self.length[best], distance
+
+
 def _nearby(
-    segments: Array, own: IntArray, other: IntArray, box: tuple[Array, Array], reach: float
+    segments: Array, own: IntArray, chords: _Chords, box: tuple[Array, Array], reach: float
 ) -> tuple[IntArray, Array, IntArray, Array]:
     """Points of some segments that are near chords of others: segment, t, segment, parameter."""
     inner = own[~straight(segments[own])]
     segment = np.concatenate([own, np.repeat(inner, CHORDS - 1)])
-    part = np.tile(np.arange(1, CHORDS) / CHORDS, len(inner))
-    t = np.concatenate([np.zeros(len(own)), part])
+    t = np.concatenate([np.zeros(len(own)), np.tile(np.arange(1, CHORDS) / CHORDS, len(inner))])
     position = (_bernstein(t)[..., None] * segments[segment]).sum(1)
     kept = np.flatnonzero(((position >= box[0]) & (position <= box[1])).all(1))
-    bent = ~straight(segments[other])
-    index = np.concatenate([other[~bent], np.repeat(other[bent], CHORDS)])
-    length = np.where(np.arange(len(index)) < len(other) - bent.sum(), 1.0, 1 / CHORDS)
-    start = np.zeros(len(index))
-    start[length < 1] = np.tile(np.arange(CHORDS) / CHORDS, bent.sum())
-    ends = _bernstein(np.concatenate([start, start + length])).reshape(2, -1, 4)
-    low, high = (ends[..., None] * segments[index]).sum(2)
-    along = high - low
-    best, part, distance = nearest_chord(position[kept], low, along)
+    index, s, distance = chords.nearest(position[kept])
     near = distance < reach + SAG
-    best, part, kept = best[near], part[near], kept[near]
-    s = start[best] + part * length[best]
-    return segment[kept], t[kept], index[best], s
+    kept = kept[near]
+    return segment[kept], t[kept], index[near], s[near]
 
 
 def _toward(curves: Array, s: Array, position: Array) -> Array:
