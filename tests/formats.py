@@ -324,10 +324,15 @@ def with_vertical_metrics(vvar: bool) -> bytes:
 PALETTES = [[(1, 0, 0, 1), (0, 0, 1, 0.5)], [(0, 1, 0, 1), (1, 1, 1, 1)]]
 
 
+CLIP_BOXES = {"a": (-2000, -2000, 3000, 3000, 0), "e": (150, -500, 1000, 1500, 8)}
+"""xMin, yMin, xMax and yMax, and the first row of their deltas."""
+
+
 def coloured(edit: Callable[[FontBuilder], None] = lambda _: None) -> bytes:
     """Glyph "a" has one layer for each kind of paint, and numbers that vary.
 
-    "c" is a composition that is not drawn as the font asks, and "d" paints itself without end.
+    "c" is a composition that is not drawn as the font asks, "d" paints itself without end, and a
+    clip box cuts "e".
     """
     first = iter(range(0, 1000, 8))
 
@@ -380,6 +385,7 @@ def coloured(edit: Callable[[FontBuilder], None] = lambda _: None) -> bytes:
         "a": {"Format": F.PaintColrLayers, "Layers": layers},
         "c": composite,
         "d": {"Format": F.PaintColrGlyph, "Glyph": "d"},
+        "e": inside(solid),
     }
 
     def add(builder: FontBuilder) -> None:
@@ -388,12 +394,14 @@ def coloured(edit: Callable[[FontBuilder], None] = lambda _: None) -> bytes:
         ]
         store = row_store([[40 * delta for delta in row] for row in rows])
         order = builder.font.getReverseGlyphMap()
-        builder.font["COLR"] = colorLib.buildCOLR(glyphs, version=1, glyphMap=order, varStore=store)
+        builder.font["COLR"] = colorLib.buildCOLR(
+            glyphs, version=1, glyphMap=order, varStore=store, clipBoxes=CLIP_BOXES
+        )
         builder.font["CPAL"] = colorLib.buildCPAL(PALETTES)
         edit(builder)
 
     shapes, deltas = fonts.base_glyphs()
-    shapes |= {name: fonts.outline([(0, 0), (0, 90), (90, 90)]) for name in "cd"}
+    shapes |= {name: fonts.outline([(0, 0), (0, 90), (90, 90)]) for name in "cde"}
     return fonts.build(shapes, deltas, edit=add)
 
 
@@ -403,6 +411,28 @@ def flat_colours() -> bytes:
     def add(builder: FontBuilder) -> None:
         builder.setupCOLR({"b": [("a", 1), ("b", 0xFFFF)]}, version=0)
         builder.setupCPAL(PALETTES)
+
+    return fonts.build(*fonts.base_glyphs(), edit=add)
+
+
+def static_colours() -> bytes:
+    """COLR version 1 in a font without axes: a colour, a gradient and a turn."""
+    F = otTables.PaintFormat
+    line = {"Extend": "pad", "ColorStop": [(0.0, 0), (1.0, 1)]}
+    linear = dict(ColorLine=line, x0=0, y0=0, x1=300, y1=0, x2=30, y2=300)
+    fills = [
+        {"Format": F.PaintSolid, "PaletteIndex": 1, "Alpha": 0.5},
+        {"Format": F.PaintLinearGradient, **linear},
+    ]
+    layers = [{"Format": F.PaintGlyph, "Glyph": "a", "Paint": fill} for fill in fills]
+    layers.append({"Format": F.PaintRotate, "angle": 30.0, "Paint": layers[1]})
+
+    def add(builder: FontBuilder) -> None:
+        del builder.font["fvar"], builder.font["gvar"]
+        order = builder.font.getReverseGlyphMap()
+        glyphs = {"a": {"Format": F.PaintColrLayers, "Layers": layers}}
+        builder.font["COLR"] = colorLib.buildCOLR(glyphs, version=1, glyphMap=order)
+        builder.font["CPAL"] = colorLib.buildCPAL(PALETTES)
 
     return fonts.build(*fonts.base_glyphs(), edit=add)
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import pickle
+import warnings
 from xml.etree import ElementTree
 
 import fonts
 import formats
 import numpy as np
 import pytest
+import registry_fonts
 import torch
 import uharfbuzz as hb
 from referee import OUTLINE_TOLERANCE, HarfBuzz, outline_error
@@ -30,12 +33,12 @@ class Painted:
 
     def __init__(self, referee: HarfBuzz) -> None:
         self.font, self.layers = referee.font, []
-        self.matrices, self.glyphs = [np.eye(3)], []
+        self.matrices, self.glyphs, self.boxes = [np.eye(3)], [], []
         functions = self.functions = hb.PaintFuncs()
         functions.set_push_transform_func(self._push)
         functions.set_pop_transform_func(lambda _: self.matrices.pop())
         functions.set_push_clip_glyph_func(self._clip)
-        functions.set_push_clip_rectangle_func(lambda *_: self.glyphs.append(None))
+        functions.set_push_clip_rectangle_func(self._box)
         functions.set_pop_clip_func(lambda _: self.glyphs.pop())
         functions.set_color_func(self._solid)
         functions.set_linear_gradient_func(lambda line, *n: self._paint("linear", n, line))
@@ -45,7 +48,7 @@ class Painted:
         functions.set_pop_group_func(lambda *_: None)
 
     def of(self, glyph_id: int, palette: int = 0) -> list:
-        self.layers = []
+        self.layers, self.boxes = [], []
         self.font.paint_glyph(glyph_id, self.functions, None, palette, FOREGROUND)
         return self.layers
 
@@ -54,6 +57,10 @@ class Painted:
 
     def _clip(self, glyph_id, _):
         self.glyphs.append((glyph_id, self.matrices[-1]))
+
+    def _box(self, *numbers):
+        self.glyphs.append(None)
+        self.boxes.append(numbers[:4])
 
     def _solid(self, colour, _is_foreground, *_):
         self._add("solid", [], [(0.0, colour)], 0)
@@ -153,6 +160,57 @@ def test_every_layer_of_a_font_of_a_public_test_suite():
     unlike = "cycle", "clip", "composite"
     names = [n for n in vf.load_font(data).glyph_names if not any(part in n for part in unlike)]
     assert check_layers(data, names, 2) > 500
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["nabla/nabla-latin-full", "foldit/foldit-latin-wght"])
+def test_every_layer_of_the_letters_of_a_colour_family(name):
+    data = registry_fonts.path(f"{name}-normal").read_bytes()
+    assert check_layers(data, list("ABRaeg"), 3) > 50
+
+
+def test_a_font_without_axes_has_colours_too():
+    data = formats.static_colours()
+    font, referee = vf.load_font(data, static=True), HarfBuzz(fonts.open_font(data))
+    assert agree(font, referee, "a", np.zeros(0)) == 3
+
+
+def test_clip_boxes_are_those_of_harfbuzz():
+    font, referee = vf.load_font(formats.coloured()), HarfBuzz(fonts.open_font(formats.coloured()))
+    reader = font._reader._colours
+    for name, w in itertools.product("ae", [(0, 0), (0.5, 0.25), (-1, 0.75), (1, 1)]):
+        referee.locate(w)
+        painted = Painted(referee)
+        painted.of(font.glyph(name).glyph_id)
+        origin, right, top = reader.clip_box(name, ()).value(np.array(w, dtype=float))
+        # HarfBuzz rounds a box outwards to whole units.
+        np.testing.assert_allclose([(*origin, right[0], top[1])], painted.boxes, atol=1)
+
+
+def test_a_clip_box_that_cuts_a_glyph_is_named():
+    font = vf.load_font(formats.coloured())
+    with pytest.warns(vf.FontWarning, match="'e' has colours .*: a clip box that cuts a part off"):
+        assert len(font.glyph("e").layers) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(font.glyph("a").layers) == 5
+
+
+@pytest.mark.parametrize("edit", [lambda _: None, formats.add_avar_2])
+def test_the_numbers_of_a_paint_have_derivatives(edit):
+    rng = np.random.default_rng(8)
+    step = 1e-6
+    for layer in vf.load_font(formats.coloured(edit)).glyph("a").layers:
+        for quantity in layer.paint.numbers, layer.paint.frame:
+            for w in rng.uniform(-0.9, 0.9, (4, 2)):
+                value, jacobian = quantity.value_and_jacobian(w)
+                assert jacobian.shape == (*value.shape, 2)
+                ahead, behind = (quantity.value(w + s * step * np.eye(2)) for s in (1, -1))
+                slope = np.moveaxis(ahead - behind, 0, -1) / (2 * step)
+                np.testing.assert_allclose(jacobian, slope, rtol=1e-6, atol=1e-4)
+                tensor = torch.tensor(w)
+                autograd = torch.autograd.functional.jacobian(quantity.value, tensor)
+                torch.testing.assert_close(autograd, torch.as_tensor(jacobian))
 
 
 def test_the_outline_of_a_layer_has_a_derivative():

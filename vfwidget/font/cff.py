@@ -1,13 +1,14 @@
 """PostScript outlines (CFF and CFF2) as cubic control points and delta sets.
 
-fontTools decodes the charstrings. An operand that ``blend`` varies is an array of its default and
-its deltas here, and path operators only add operands up, so that one run gives all layers.
+fontTools decodes the charstrings. An operand that ``blend`` varies is a number here that brings its
+deltas along, and path operators only add operands up, so that one run gives all layers.
 
 Adobe Technical Note 5177 ("The Type 2 Charstring Format"); OpenType, "CFF2 CharString Format".
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,7 @@ class CffReader:
         path = _Path(name)
         self._run(name, path, (0, 0), accents=True)
         support = self._no_regions if path.outer is None else self._store.support(path.outer)
-        check_size(name, len(path.moves), len(support))
+        check_size(name, len(path.steps) // 2, len(support))
         points, contours = path.cubics(len(support))
         return Unpacked(points, support, contours)
 
@@ -80,68 +81,80 @@ class CffReader:
             self._run(StandardEncoding[int(accent)], path, (dx, dy), accents=False)
 
 
+class _Blended(float):
+    """The default of an operand that ``blend`` varies, with its deltas."""
+
+    __slots__ = ("deltas",)
+
+    def __new__(cls, default: float, deltas: list[float]) -> _Blended:
+        number = super().__new__(cls, default)
+        number.deltas = deltas
+        return number
+
+    def __neg__(self) -> _Blended:
+        return _Blended(-float(self), [-delta for delta in self.deltas])
+
+
 class _Path:
-    """Contours as relative moves, each number a default or an array of 1 + m layers.
+    """Contours as relative moves, whose numbers may be blended.
 
     Attributes
     ----------
-    moves : list of (dx, dy)
-        From each point to the next.
+    steps : list of float
+        dx, dy of the move to the first point, then of those from each point to the next.
     outer : int or None
         The part of the variation store that the moves vary by.
     """
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.moves: list[tuple[Any, Any]] = []
+        self.steps: list[float] = []
         self.outer: int | None = None
         self.tokens = 0
         self._contours: list[list[tuple[int, int, int, int, int]]] = []
-        self._origins: set[int] = set()
+        self._origins: list[int] = []
 
-    def move(self, origin: tuple[Any, Any]) -> None:
+    def move(self, origin: tuple[float, float]) -> None:
         """Go to a point that is given from the origin, before a glyph begins."""
-        self._origins.add(len(self.moves))
-        self.moves.append(origin)
+        self._origins.append(len(self.steps) // 2)
+        self.steps += origin
 
-    def begin(self, step: Any) -> None:
+    def begin(self, step: Sequence[float]) -> None:
         """Begin a contour."""
-        self.moves.append(tuple(step))
+        self.steps += step
         self._contours.append([])
 
-    def line(self, step: Any) -> None:
+    def line(self, step: Sequence[float]) -> None:
         """Add a line."""
-        here = len(self.moves) - 1
-        self.moves.append(tuple(step))
+        here = len(self.steps) // 2 - 1
+        self.steps += step
         self._contours[-1].append((here, here + 1, here, here + 1, 1))
 
-    def curve(self, *steps: Any) -> None:
+    def curve(self, one: Sequence[float], two: Sequence[float], end: Sequence[float]) -> None:
         """Add a cubic by its three steps."""
-        here = len(self.moves) - 1
-        self.moves += [tuple(step) for step in steps]
+        here = len(self.steps) // 2 - 1
+        self.steps += (*one, *two, *end)
         self._contours[-1].append((here, here + 1, here + 2, here + 3, 3))
 
     def cubics(self, sets: int) -> tuple[Array, list[int]]:
         """Control points (1 + m, 3 s, 2) and the segments of each contour."""
-        steps = np.zeros((len(self.moves), 2, 1 + sets))
-        for i, move in enumerate(self.moves):
-            for j, number in enumerate(move):
-                if isinstance(number, np.ndarray):
-                    steps[i, j] = number
-                else:
-                    steps[i, j, 0] = number
-        starts = sorted(self._origins)
-        points = np.concatenate([part.cumsum(0) for part in np.split(steps, starts[1:])])
-        layers = np.moveaxis(points, 2, 0)
+        layers = np.zeros((1 + sets, len(self.steps)))
+        layers[0] = self.steps
+        varying = [i for i, step in enumerate(self.steps) if type(step) is _Blended]
+        if varying:
+            layers[1:, varying] = np.transpose([self.steps[i].deltas for i in varying])
+        layers = layers.reshape(1 + sets, -1, 2)
+        parts = np.split(layers, self._origins[1:], axis=1)
+        points = np.concatenate([part.cumsum(1) for part in parts], axis=1)
         segments, contours = [], []
         for contour in filter(None, self._contours):
             start, end = contour[0][0], contour[-1][3]
-            if (points[start] != points[end]).any():
+            if (points[:, start] != points[:, end]).any():
                 # Every contour is closed, by a line where it does not end at its start.
                 contour.append((end, start, end, start, 1))
             segments += contour
             contours.append(len(contour))
-        return chain(layers, segments), contours
+        return chain(points, segments), contours
 
 
 class _Extractor(T2OutlineExtractor):
@@ -154,6 +167,7 @@ class _Extractor(T2OutlineExtractor):
         self.path, self.store, self.varies = path, store, varies
         self.accent: list[Any] | None = None
         self.depth = 0
+        self.regions: int | None = None
         super().__init__(
             None, getattr(private, "Subrs", []), string.globalSubrs, 0, 0, private=private
         )
@@ -165,18 +179,21 @@ class _Extractor(T2OutlineExtractor):
         self.depth += 1
         if self.depth > MAX_SUBROUTINE_DEPTH:
             raise self._error("its subroutines nest too deeply")
-        index = 0
+        stack, index = self.operandStack, 0
         while True:
+            index = _push_short_numbers(stack, string.bytecode, index)
             token, is_operator, index = string.getToken(index)
-            if token is None:
-                break
             if not is_operator:
-                self.push(token)
+                if token is None and index:
+                    raise self._error("it has an unknown operator")
+                if token is None:
+                    break
+                stack.append(token)
                 continue
-            self.path.tokens += 1 + len(self.operandStack)
+            self.path.tokens += 1 + len(stack)
             if self.path.tokens > MAX_TOKENS:
                 raise self._error(f"it has more than {MAX_TOKENS} operators and operands")
-            if len(self.operandStack) > MAX_STACK:
+            if len(stack) > MAX_STACK:
                 raise self._error(f"it has more than {MAX_STACK} operands in a row")
             handler = getattr(self, f"op_{token}", None)
             if handler is None:
@@ -218,7 +235,7 @@ class _Extractor(T2OutlineExtractor):
         """Two curves whose end is level with their start on one axis."""
         *steps, last = self.popall()
         dx, dy = _sum(steps[0::2]), _sum(steps[1::2])
-        wide = abs(_default(dx)) > abs(_default(dy))
+        wide = abs(dx) > abs(dy)
         self.operandStack[:] = [*steps, last, -dy] if wide else [*steps, -dx, last]
         self.op_rrcurveto(index)
 
@@ -231,21 +248,23 @@ class _Extractor(T2OutlineExtractor):
 
     def op_vsindex(self, index: int) -> None:
         """Choose the part of the variation store."""
-        self.path.outer = int(self.pop())
+        self.path.outer, self.regions = int(self.pop()), None
 
     def op_blend(self, index: int) -> None:
-        """Replace n defaults and n rows of deltas by n arrays."""
-        if self.path.outer is None:
-            self.path.outer = int(getattr(self.private, "vsindex", 0))
-        regions = len(self.store.support(self.path.outer))
-        count = int(self.pop())
-        operands = self.operandStack[len(self.operandStack) - count * (regions + 1) :]
-        if count < 1 or len(operands) != count * (regions + 1):
+        """Give n defaults their rows of deltas."""
+        if self.regions is None:
+            if self.path.outer is None:
+                self.path.outer = int(getattr(self.private, "vsindex", 0))
+            self.regions = len(self.store.support(self.path.outer))
+        regions, count, stack = self.regions, int(self.pop()), self.operandStack
+        first = len(stack) - count * (regions + 1)
+        if count < 1 or first < 0:
             raise self._error("blend lacks operands")
-        del self.operandStack[-len(operands) :]
-        numbers = np.array(operands, dtype=np.float64)
-        deltas = numbers[count:].reshape(count, regions)
-        self.operandStack += list(np.column_stack([numbers[:count], deltas]))
+        deltas = stack[first + count :]
+        stack[first:] = [
+            _Blended(default, deltas[i * regions : (i + 1) * regions])
+            for i, default in enumerate(stack[first : first + count])
+        ]
 
     def _error(self, problem: str) -> FontError:
         table = "CFF2" if self.varies else "CFF"
@@ -271,16 +290,24 @@ def _check_index(data: bytes, at: int) -> None:
         raise FontError(f"The CFF2 table is damaged: it states a list of {count} items.")
 
 
-def _sum(numbers: list[Any]) -> Any:
-    """The sum of numbers and arrays of layers; a plain number counts in the default only."""
-    arrays = [number for number in numbers if isinstance(number, np.ndarray)]
-    plain = sum(number for number in numbers if not isinstance(number, np.ndarray))
-    if not arrays:
-        return plain
-    total = np.sum(arrays, 0)
-    total[0] += plain
-    return total
+def _push_short_numbers(stack: list[float], data: bytes, index: int) -> int:
+    """Push the numbers of one or two bytes that come next, and return where they end.
+
+    fontTools would decode them, too, but nearly all tokens of a glyph are such numbers.
+    """
+    while index < len(data) and 32 <= (first := data[index]) < 255:
+        if first < 247:
+            stack.append(first - 139)
+            index += 1
+        else:
+            high, second = (first - 247) % 4 * 256 + 108, data[index + 1]
+            stack.append(high + second if first < 251 else -high - second)
+            index += 2
+    return index
 
 
-def _default(number: Any) -> float:
-    return float(number[0] if isinstance(number, np.ndarray) else number)
+def _sum(numbers: list[float]) -> float:
+    """The sum of numbers, blended or not."""
+    rows = [number.deltas for number in numbers if isinstance(number, _Blended)]
+    total = sum(map(float, numbers))
+    return _Blended(total, [sum(column) for column in zip(*rows, strict=True)]) if rows else total

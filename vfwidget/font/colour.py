@@ -19,6 +19,7 @@ from ..outline.paint import LINEAR, RADIAL, SOLID, SWEEP, Colour, Paint
 from ..outline.placed import Transformation, place
 from ..outline.variation import merge_regions, selection
 from ..outline.varying import Affine, Varying, constant
+from .clip import cuts
 from .varstore import NO_VARIATION, VariationStore
 
 FOREGROUND = 0xFFFF
@@ -107,6 +108,8 @@ class ColourReader:
                 record.BaseGlyph: record.Paint
                 for record in table.BaseGlyphList.BaseGlyphPaintRecord
             }
+        clips = getattr(table, "ClipList", None)
+        self._clips: dict[str, Any] = clips.clips if clips else {}
         self._store = VariationStore(getattr(table, "VarStore", None), axis_count, "COLR")
         index = getattr(table, "VarIndexMap", None)
         self._index = index.mapping if index else None
@@ -129,7 +132,7 @@ class ColourReader:
         """
         if name in self.paints:
             drawing = _Drawing(self, name)
-            drawing.add(self.paints[name], (), None, 0)
+            drawing.add_glyph(name, (), None, 0)
             if drawing.left_aside:
                 warn_caller(
                     f"Glyph {name!r} has colours that vfwidget does not draw as the font asks: "
@@ -160,6 +163,20 @@ class ColourReader:
         for matrix in around:
             frame = place(frame, matrix)
         return frame
+
+    def clip_box(self, name: str, around: Sequence[Varying]) -> Varying | None:
+        """Three corners of the clip box of a glyph, (3, 2), under some maps; None without a box.
+
+        They are the lower left, the lower right and the upper left one.
+        """
+        if name not in self._clips:
+            return None
+        box = self.numbers(self._clips[name], ("xMin", "yMin", "xMax", "yMax"))
+        rows = np.array([[0, 1], [2, 1], [0, 3]])
+        corners: Varying = Affine(box.base[rows], box.deltas[rows], box.support)
+        for matrix in around:
+            corners = place(corners, matrix)
+        return corners
 
     def fill(self, paint: Any, around: Sequence[Varying]) -> Paint:
         """A solid colour or a gradient under some maps."""
@@ -216,7 +233,7 @@ class ColourReader:
         for i, (field, (row, _)) in enumerate(zip(fields, found, strict=True)):
             unit = (units or UNITS).get(field, UNITS.get(field, 1.0))
             np.add.at(deltas[i], places[i], row * unit)
-        return Affine(base, deltas, support.reshape(-1, self._axis_count, 3))
+        return Affine(base, deltas, support.reshape(len(support), self._axis_count, 3))
 
     def _row(self, first: int, offset: int) -> tuple[Array, Array]:
         if first == NO_VARIATION:
@@ -236,6 +253,16 @@ class _Drawing:
         self.layers: list[Layer] = []
         self.left_aside: set[str] = set()
         self._paints = 0
+
+    def add_glyph(
+        self, name: str, around: tuple[Varying, ...], inside: Glyph | None, depth: int
+    ) -> None:
+        """Add what a colour glyph draws; the parameters are those of :meth:`add`."""
+        first = len(self.layers)
+        self.add(self.reader.paints[name], around, inside, depth)
+        box = self.reader.clip_box(name, around)
+        if box is not None and cuts(box, self.layers[first:]):
+            self.left_aside.add("a clip box that cuts a part off")
 
     def add(
         self, paint: Any, around: tuple[Varying, ...], inside: Glyph | None, depth: int
@@ -265,9 +292,8 @@ class _Drawing:
                 self.left_aside.add("an outline that clips another")
             self.add(paint.Paint, around, reader.glyph(paint.Glyph, around), depth + 1)
         elif form == PaintFormat.PaintColrGlyph:
-            other = reader.paints.get(paint.Glyph)
-            if other is not None:
-                self.add(other, around, inside, depth + 1)
+            if paint.Glyph in reader.paints:
+                self.add_glyph(paint.Glyph, around, inside, depth + 1)
         elif form == PaintFormat.PaintComposite:
             mode = CompositeMode(paint.CompositeMode)
             if mode not in IN_ORDER:
