@@ -85,6 +85,7 @@ class _Blended(float):
     """The default of an operand that ``blend`` varies, with its deltas."""
 
     __slots__ = ("deltas",)
+    deltas: list[float]
 
     def __new__(cls, default: float, deltas: list[float]) -> _Blended:
         number = super().__new__(cls, default)
@@ -138,13 +139,12 @@ class _Path:
 
     def cubics(self, sets: int) -> tuple[Array, list[int]]:
         """Control points (1 + m, 3 s, 2) and the segments of each contour."""
-        layers = np.zeros((1 + sets, len(self.steps)))
-        layers[0] = self.steps
-        varying = [i for i, step in enumerate(self.steps) if type(step) is _Blended]
+        steps = np.zeros((1 + sets, len(self.steps)))
+        steps[0] = self.steps
+        varying = {i: n.deltas for i, n in enumerate(self.steps) if isinstance(n, _Blended)}
         if varying:
-            layers[1:, varying] = np.transpose([self.steps[i].deltas for i in varying])
-        layers = layers.reshape(1 + sets, -1, 2)
-        parts = np.split(layers, self._origins[1:], axis=1)
+            steps[1:, list(varying)] = np.transpose(list(varying.values()))
+        parts = np.split(steps.reshape(1 + sets, -1, 2), self._origins[1:], axis=1)
         points = np.concatenate([part.cumsum(1) for part in parts], axis=1)
         segments, contours = [], []
         for contour in filter(None, self._contours):

@@ -43,7 +43,7 @@ def cuts(corners: Varying, layers: Sequence[Layer]) -> bool:
 
 
 def _reaches_out(layer: Layer, w: Array, origin: Array, sides: Array) -> bool:
-    """Whether a layer has a part outside of the parallelogram that two sides from ``origin`` span."""
+    """Whether a layer leaves the parallelogram that two sides from ``origin`` span."""
     glyph = layer.glyph
     if not glyph.contours:
         return False
