@@ -36,7 +36,7 @@ class ImageError(VFWidgetError):
 
 
 class OverlapError(VFWidgetError):
-    """An obstacle or artwork that cannot be read: no area, open, not finite, unsafe SVG."""
+    """Outlines that cannot be read or joined: no area, open, not finite, unsafe SVG, too dense."""
 
 
 class MotionError(VFWidgetError):

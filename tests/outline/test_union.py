@@ -48,3 +48,17 @@ def test_rules():
     assert signed_area(without_overlaps(both, [4, 4])) == pytest.approx(9)
     assert signed_area(without_overlaps(both, [4, 4], odd)) == pytest.approx(8)
     assert without_overlaps(np.zeros((0, 4, 2)), []) == []
+
+
+def test_shapes_of_their_own_are_not_joined():
+    """Each image is simplified alone, though the squares of all lie at the same place."""
+    square = np.array([(0, 0), (0, 1), (1, 1), (1, 0)], float)
+    sides = np.stack([square, np.roll(square, -1, 0)], 1)
+    t = np.linspace(0, 1, 4)[:, None]
+    segments = sides[:, :1] * (1 - t) + sides[:, 1:] * t
+    crossed = np.concatenate([segments, segments + 0.5])
+    image = np.repeat(np.arange(50), 8)
+    simple = without_overlaps(np.concatenate([crossed] * 50), [4] * 100, image=image)
+    assert len(simple) == 50
+    for contour in simple:
+        assert signed_area([contour]) == pytest.approx(1.75)

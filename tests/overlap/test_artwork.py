@@ -144,3 +144,34 @@ def test_enormous_coordinates_are_refused(size):
         vf.Artwork(
             f'<svg xmlns="http://www.w3.org/2000/svg"><rect width="{size}" height="9"/></svg>'
         )
+
+
+def test_many_shapes_are_joined_at_once():
+    """A grid of 400 squares; each square of the second grid lies across one of the first."""
+    squares = "".join(
+        f'<rect x="{7 * (i % 20)}" y="{7 * (i // 20)}" width="5" height="5"/>' for i in range(400)
+    )
+    art = artwork(squares + f'<g transform="translate(2 2)">{squares}</g>')
+    # The corners of neighbours touch at the point (7, 7).
+    assert area(art) == pytest.approx(400 * (25 + 25 - 9))
+
+
+RECTANGLES = '<rect width="5" height="5"/>' * 300
+STROKE = "".join(f"L{i * 37 % 101} {i * 53 % 103}" for i in range(400))
+SCRIBBLE = "".join(f"L{i * 617 % 1009} {i * 411 % 1013}" for i in range(400))
+
+
+@pytest.mark.parametrize(
+    "body, limit",
+    [
+        (RECTANGLES, "curve_pairs"),
+        (f'<path d="M0 0{STROKE}" fill="none" stroke="red" stroke-width="9"/>', "curve_pairs"),
+        (f'<path d="M0 0{SCRIBBLE}"/>', "curve_pairs"),
+        (f'<path d="M0 0{STROKE * 15}" stroke="red"/>', "svg_curves"),
+    ],
+    ids=["equal rectangles", "one stroke", "a scribble", "curves of a stroke"],
+)
+def test_dense_artwork_is_refused(body, limit, monkeypatch):
+    monkeypatch.setattr(vf.limits, "curve_pairs", 20_000)
+    with pytest.raises(vf.OverlapError, match=rf"simplify .*raise vf\.limits\.{limit}"):
+        artwork(body)

@@ -40,11 +40,14 @@ from ..arrays import (
 )
 from .crossings import Climbers, climbers, crossings
 from .monotone import Arcs, join, monotone_arcs
+from .near import check_pairs
 
 TILT = 0.0619
 """Angle in radians at which letters have no straight edges."""
 PER_STRIP = 64
 """Mean number of cubics in a strip."""
+PARTS = 16
+"""To sort this many parts of arcs takes as long as to compare a pair of arcs."""
 
 
 class Slabs(NamedTuple):
@@ -113,6 +116,11 @@ def boundary(
         From winding numbers (G, N) to whether a point is in the shape, (N,).
     layer : (C,) int array, optional
         Which of the G winding numbers each cubic belongs to; by default all to the first.
+
+    Raises
+    ------
+    OverlapError
+        Too many curves cross or lie side by side, by ``limits.curve_pairs``.
     """
     xp = namespace(curves)
     if image is None:
@@ -137,6 +145,10 @@ def _turn(curves: Any, images: int) -> tuple[Any, int]:
     least, most = turned[0, 0].min(), turned[0, 0].max()
     strips = 1 + curves.shape[-1] // images // PER_STRIP
     width = float(most - least) or 1.0
+    if strips > 1:
+        # Curves are cut into two on average at most.
+        widths = float(abs(turned[1:, 0].sum(0)).sum())
+        strips = int(min(strips, 1 + curves.shape[-1] * width / max(widths, 1e-300)))
     turned[0, 0] -= least
     return turned * (strips / width), strips
 
@@ -156,6 +168,7 @@ def _slabs(arcs: Arcs, strip: Any) -> Slabs:
     distinct = xp.concatenate([count_up(1, order), where_true(new) + 1])
     ends = stacked([rank[:count], rank[count:]])
     low, high = xp.minimum(ends[0], ends[1]), xp.maximum(ends[0], ends[1])
+    check_pairs(int((high - low).sum()) / PARTS)
     return Slabs(take(height, distinct), low, high, *expand(low, high - low))
 
 

@@ -17,19 +17,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import (
-    at_least_zero,
-    between,
-    count_up,
-    expand,
-    integers,
-    like,
-    namespace,
-    stacked,
-    take,
-    where_true,
-)
+from ..arrays import between, count_up, integers, like, namespace, stacked, take, where_true
 from .monotone import Arcs, climbs, evaluate, evaluate_slope, reach
+from .near import near_pairs
 
 RESOLUTION = 1e-12
 """Smallest distance that counts, relative to the largest coordinate."""
@@ -79,9 +69,15 @@ def crossings(lines: Climbers, arcs: Arcs, image: Any) -> tuple[Any, Any]:
         Monotone in x and y.
     image : (N,) int array
         Arcs of different images do not cross.
+
+    Raises
+    ------
+    OverlapError
+        More than ``limits.curve_pairs`` pairs of arcs are near enough to cross.
     """
     xp = namespace(image)
-    pairs, bottom, top = _neighbours(arcs, image)
+    low, high = xp.minimum(arcs.first, arcs.last), xp.maximum(arcs.first, arcs.last)
+    pairs, bottom, top = near_pairs(low, high, image)
     resolution = RESOLUTION * max(float(abs(arcs.first).max()), 1e-300)
     height = bottom + like(HEIGHTS[:, None], bottom) * (top - bottom)
     gap = _gaps(lines, pairs, height)
@@ -102,24 +98,6 @@ def crossings(lines: Climbers, arcs: Arcs, image: Any) -> tuple[Any, Any]:
     changes = Changes(*(xp.concatenate(parts, -1) for parts in zip(*found, strict=True)))
     t = _meet(lines, changes, resolution)
     return take(arcs.cubic, changes.pairs.reshape(-1)), t.reshape(-1)
-
-
-def _neighbours(arcs: Arcs, image: Any) -> tuple[Any, Any, Any]:
-    """Pairs of arcs (2, P) whose boxes overlap, and the heights (P,) between which both run."""
-    xp = namespace(arcs.first)
-    low, high = xp.minimum(arcs.first, arcs.last), xp.maximum(arcs.first, arcs.last)
-    # One after the other from left to right, and one image to the right of the other.
-    shift = image * (1 + high[0].max() - low[0].min())
-    order = (low[0] + shift).argsort()
-    left, right = take(low[0] + shift, order), take(high[0] + shift, order)
-    after = count_up(len(order), order) + 1
-    one, other = expand(after, integers(at_least_zero(xp.searchsorted(left, right) - after)))
-    one, other = take(order, one), take(order, other)
-    bottom = xp.maximum(take(low[1], one), take(low[1], other))
-    top = xp.minimum(take(high[1], one), take(high[1], other))
-    meet = where_true(bottom < top)
-    pairs = stacked([take(one, meet), take(other, meet)])
-    return pairs, take(bottom, meet), take(top, meet)
 
 
 def _gaps(lines: Climbers, pairs: Any, height: Any) -> Any:

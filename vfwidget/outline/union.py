@@ -7,13 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, IntArray
 from .arrangement import boundary, nonzero
 from .contours import Contours
 from .monotone import coefficients
+from .near import near_pairs
 
 SHORT = 1e-9
 """Parts shorter than this, relative to the size of the outline, are left out."""
+WIDER = 100
+"""Factor of the distance within which the next part is searched, if none is found."""
 
 
 def odd(winding: Any) -> Any:
@@ -22,7 +25,11 @@ def odd(winding: Any) -> Any:
 
 
 def without_overlaps(
-    segments: Array, sizes: Sequence[int], inside: Callable[[Any], Any] = nonzero
+    segments: Array,
+    sizes: Sequence[int],
+    inside: Callable[[Any], Any] = nonzero,
+    image: IntArray | None = None,
+    layer: IntArray | None = None,
 ) -> list[Array]:
     """The boundary of a shape as closed contours that neither cross nor overlap.
 
@@ -33,22 +40,32 @@ def without_overlaps(
     sizes : sequence of int
         Segments of each contour.
     inside : callable
-        From winding numbers (1, N) to whether a point is in the shape, (N,).
+        From winding numbers (G, N) to whether a point is in the shape, (N,).
+    image, layer : (S,) int arrays, optional
+        As for :func:`~.arrangement.boundary`. Each image is a shape of its own.
 
     Returns
     -------
     list of (s, 4, 2) arrays
         The shape is on the right of each contour (y up), as in TrueType fonts.
+
+    Raises
+    ------
+    OverlapError
+        Too many curves cross or lie side by side, by ``limits.curve_pairs``.
     """
     if not len(segments):
         return []
-    spans = boundary(coefficients(segments), sizes, inside=inside)
+    if image is None:
+        image = np.zeros(len(segments), dtype=np.intp)
+    spans = boundary(coefficients(segments), sizes, image, inside, layer)
     kept = np.flatnonzero(spans.weight)
     parts = _parts(segments[spans.cubic[kept]], spans.start[kept], spans.end[kept])
     backwards = spans.weight[kept] < 0
     parts[backwards] = parts[backwards, ::-1]
     long = np.ptp(parts, 1).max(1) > SHORT * np.ptp(segments, (0, 1)).max()
-    follower = _followers(parts, _next_spans(spans.cubic, sizes), kept, backwards)
+    following, image = _next_spans(spans.cubic, sizes), image[spans.cubic[kept]]
+    follower = _followers(parts, following, kept, backwards, image)
     return [contour for contour in _walk(parts, follower, long) if len(contour)]
 
 
@@ -75,7 +92,7 @@ def _next_spans(cubic: Any, sizes: Sequence[int]) -> Any:
     return following
 
 
-def _followers(parts: Array, following: Any, kept: Any, backwards: Any) -> Any:
+def _followers(parts: Array, following: Any, kept: Any, backwards: Any, image: IntArray) -> Any:
     """The part that each part continues with: along its contour, or where contours cross."""
     place = np.full(len(following), -1)
     place[kept] = np.arange(len(kept))
@@ -90,17 +107,33 @@ def _followers(parts: Array, following: Any, kept: Any, backwards: Any) -> Any:
     ends = np.flatnonzero(follower < 0)
     starts = np.setdiff1d(np.arange(len(kept)), follower)
     # Where contours cross, an end continues with the nearest start.
-    gap = np.hypot(*(parts[ends, None, 3] - parts[None, starts, 0]).transpose(2, 0, 1))
-    left = len(ends)
-    for flat in np.argsort(gap, axis=None, kind="stable"):
-        if not left:
-            break
-        i, j = divmod(int(flat), len(starts))
-        if follower[ends[i]] < 0 and starts[j] >= 0:
-            follower[ends[i]] = starts[j]
-            starts[j] = -1
-            left -= 1
+    nearest = _matched(parts[ends, 3], parts[starts, 0], image[ends], image[starts])
+    follower[ends] = starts[nearest]
     return follower
+
+
+def _matched(ends: Array, starts: Array, image: IntArray, image_of_start: IntArray) -> IntArray:
+    """For each end (n, 2) one start (n, 2) of the same image; the nearest pairs come first."""
+    match = np.full(len(ends), -1)
+    left, free = np.arange(len(ends)), np.arange(len(starts))
+    distance = SHORT * float(np.ptp(ends, 0).max()) if len(ends) else 0.0
+    distance = distance or 1.0
+    while len(left):
+        points = np.concatenate([ends[left], starts[free]]).T
+        images = np.concatenate([image[left], image_of_start[free]])
+        pairs, *_ = near_pairs(points - distance / 2, points + distance / 2, images)
+        pairs = np.sort(pairs, 0)
+        one, other = pairs[:, (pairs[0] < len(left)) & (pairs[1] >= len(left))]
+        one, other = left[one], free[other - len(left)]
+        gap = np.hypot(*(ends[one] - starts[other]).T)
+        taken = np.zeros(len(starts), dtype=bool)
+        for i in np.argsort(gap, kind="stable")[: int((gap <= distance).sum())]:
+            if match[one[i]] < 0 and not taken[other[i]]:
+                match[one[i]] = other[i]
+                taken[other[i]] = True
+        left, free = left[match[left] < 0], free[~taken[free]]
+        distance *= WIDER
+    return match
 
 
 def _walk(parts: Array, follower: Any, long: Any) -> list[Array]:

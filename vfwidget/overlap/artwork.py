@@ -5,8 +5,9 @@ from __future__ import annotations
 import io
 import math
 import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -20,8 +21,17 @@ from .shape import LARGEST, polygon
 
 STEPS = 8
 """Straight steps that replace a curve in the outline of a stroke."""
+STROKED = 8
+"""Curves around a straight side of a stroke: those of a strip, and of a disc at the corner."""
 ROUND = 4 / 3 * math.tan(math.pi / 8)
 """Length of the handles of a quarter circle of radius 1."""
+
+
+class Painted(NamedTuple):
+    """An area that is filled by one rule: even-odd or nonzero."""
+
+    contours: list[Array]
+    even_odd: bool
 
 
 class Artwork:
@@ -48,7 +58,7 @@ class Artwork:
     Raises
     ------
     OverlapError
-        The SVG cannot be parsed or draws nothing, is too large, or declares entities.
+        The SVG cannot be parsed or draws nothing, is too large or too dense, or declares entities.
 
     Examples
     --------
@@ -65,17 +75,15 @@ class Artwork:
         with np.errstate(all="ignore"):
             elements = [(element, _subpaths(element)) for element in _elements(source)]
             _check_size([s for _, subpaths in elements for s, _ in subpaths], placement)
-        curves = sum(len(segments) for _, subpaths in elements for segments, _ in subpaths)
-        if curves > limits.svg_curves:
-            raise OverlapError(
-                f"The SVG has {curves:,} curves, and at most {limits.svg_curves:,} are read; "
-                "simplify it or raise vf.limits.svg_curves."
-            )
-        contours = [contour for element in elements for contour in _drawn(*element)]
-        if not contours:
+        _check_curves(sum(_least_curves(*element) for element in elements))
+        areas = [area for element in elements for area in _areas(*element)]
+        _check_curves(sum(len(contour) for area in areas for contour in area.contours))
+        if not areas:
             raise OverlapError("The SVG draws nothing; it needs shapes with a fill or a stroke.")
-        placed = [contour * placement[0] + placement[1] for contour in contours]
-        self.contours: list[Array] = _joined(placed)
+        contours = _filled(areas, placement)
+        if len(areas) > 1:
+            contours = _filled([Painted(contours, False)])
+        self.contours = contours
 
     @property
     def box(self) -> Array:
@@ -187,6 +195,14 @@ def _check(source: str) -> None:
         )
 
 
+def _check_curves(curves: int) -> None:
+    if curves > limits.svg_curves:
+        raise OverlapError(
+            f"The SVG has at least {curves:,} curves, with those around its strokes, and at most "
+            f"{limits.svg_curves:,} are read; simplify it or raise vf.limits.svg_curves."
+        )
+
+
 def _check_size(curves: list[Array], placement: tuple[Array, Array]) -> None:
     """Refuse coordinates that are not finite, or with which areas lose all their digits."""
     placed = [abs(segments * placement[0] + placement[1]).max() for segments in curves]
@@ -218,25 +234,45 @@ def _elements(source: str) -> list[Any]:
     ]
 
 
-def _drawn(element: Any, subpaths: list[tuple[Array, bool]]) -> list[Array]:
-    """The closed contours that an element fills or strokes, without overlaps."""
-    found: list[Array] = []
+def _areas(element: Any, subpaths: list[tuple[Array, bool]]) -> Iterator[Painted]:
+    """The area that an element fills, and the one that it strokes."""
     if subpaths and element.fill is not None and element.fill.value is not None:
-        rule = odd if element.values.get("fill-rule") == "evenodd" else nonzero
-        closed = [_closed(segments) for segments, _ in subpaths]
-        found += _joined(closed, rule)
-    width = float(element.implicit_stroke_width or 0.0)
-    if element.stroke is not None and element.stroke.value is not None and width > 0:
+        even_odd = element.values.get("fill-rule") == "evenodd"
+        yield Painted([_closed(segments) for segments, _ in subpaths], even_odd)
+    width = _stroke_width(element)
+    if width:
         bars = [bar for segments, closed in subpaths for bar in _stroked(segments, closed, width)]
         if bars:
-            found += _joined(bars)
-    return found
+            yield Painted(bars, False)
 
 
-def _joined(contours: list[Array], rule: Any = nonzero) -> list[Array]:
-    """The boundary of the area that contours fill, as contours without overlaps."""
+def _stroke_width(element: Any) -> float:
+    """In units of the SVG; 0 where nothing is stroked."""
+    if element.stroke is None or element.stroke.value is None:
+        return 0.0
+    return max(0.0, float(element.implicit_stroke_width or 0.0))
+
+
+def _least_curves(element: Any, subpaths: list[tuple[Array, bool]]) -> int:
+    """At least how many curves an element has, with those around its stroke."""
+    curves = sum(len(segments) for segments, _ in subpaths)
+    return curves * STROKED if _stroke_width(element) else curves
+
+
+def _filled(areas: Sequence[Painted], placement: Any = (1.0, 0.0)) -> list[Array]:
+    """The boundary of each area, placed, as contours without overlaps."""
+    factor, shift = placement
+    contours = [contour * factor + shift for area in areas for contour in area.contours]
+    curves = [sum(map(len, area.contours)) for area in areas]
+    image = np.repeat(np.arange(len(areas)), curves)
+    layer = np.repeat([int(area.even_odd) for area in areas], curves)
     sizes = [len(contour) for contour in contours]
-    return without_overlaps(np.concatenate(contours), sizes, rule)
+    return without_overlaps(np.concatenate(contours), sizes, _by_rules, image, layer)
+
+
+def _by_rules(winding: Any) -> Any:
+    """Where winding numbers (1 or 2, N) are inside: the second ones by the even-odd rule."""
+    return nonzero(winding) | odd(winding[-1:])
 
 
 def _subpaths(element: Any) -> list[tuple[Array, bool]]:

@@ -64,6 +64,8 @@ def rasterize(
         shapes, an unknown backend, a diffvg that is not there, or a palette for contours.
     TextError
         The font has no such palette.
+    OverlapError
+        Too many curves cross or lie side by side, by ``limits.curve_pairs``.
 
     Notes
     -----
