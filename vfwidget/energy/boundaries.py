@@ -123,12 +123,11 @@ def _beyond(energy: Energy, found: Descent) -> Iterator[tuple[tuple[int, int], T
     (letter, axis), text
         The entry of Θ that leaves the box.
     """
-    text, x = energy.text, found.state.x
-    if AXES not in energy.unknowns.slices:
+    text, x, at_bounds = energy.text, found.state.x, found.at_bounds
+    if AXES not in energy.unknowns.slices or at_bounds is None:
         return
     place = energy.unknowns.place(x)
-    at_side = energy.by_letter((x <= energy.lower) | (x >= energy.upper))
-    at_side &= ~at_ends(text, place[AXES])
+    at_side = energy.by_letter(at_bounds) & ~at_ends(text, place[AXES])
     if not np.count_nonzero(at_side):
         return
     own = {name: place[name] for name in text.place}

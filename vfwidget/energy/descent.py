@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, BoolArray
 from ..solver.drivers import History, active_bounds, minimise
 from ..solver.problem import Problem, Proximity, State, Tolerances
 from ..text.place import AXES
@@ -35,6 +35,13 @@ class Descent:
     history: History
     results: list[TermResult]
     earlier: int = 0
+
+    @property
+    def at_bounds(self) -> BoolArray | None:
+        """Which unknowns (N,) are at a bound, or None if none of them is."""
+        x = self.state.x
+        found: BoolArray = (x <= self.problem.lower) | (x >= self.problem.upper)
+        return found if np.count_nonzero(found) else None
 
     @property
     def iterations(self) -> int:

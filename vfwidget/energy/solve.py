@@ -209,8 +209,8 @@ def solution_of(
     text, state, unknowns = energy.text, best.state, energy.unknowns
     place = unknowns.place(state.x)
     active = np.zeros(text.coordinates.shape, dtype=int)
-    ends = at_ends(text, place[AXES])
-    if np.count_nonzero(ends):
+    if best.at_bounds is not None:
+        ends = at_ends(text, place[AXES])
         active[ends] = held_axes(energy, best)[ends]
     assert state.outcome is not None
     status, message = state.outcome
