@@ -675,3 +675,27 @@ def test_tools_and_teaching_mode_are_brought_on_request(editor: Any) -> None:
     assert editor.teaching is True
     assert "teaching" in editor.error
     assert vf.Editor("roboto-flex", "no", teaching=True).teaching
+
+
+def test_a_constraint_that_takes_the_place_of_pins_comes_in_one_message(editor: Any) -> None:
+    feet = [editor.text.nearest(x, 0) for x in (200, 800)]
+    places = [[h.glyph, h.contour, h.segment, h.t] for h in feet]
+    editor.comm.update(_pins=places, _gesture="pins")
+    constraint = {"kind": "SharedY", "handles": places}
+    axes = {**editor.axes, "wght": 500.0}
+    editor.comm.update(_pins=[], _gesture="one", constraints=[constraint], axes=axes)
+    assert editor.error == ""
+    assert editor.pins == []
+    assert editor.constraints == [constraint]
+    assert editor.axes["wght"] == pytest.approx(500, abs=1)
+    assert len(editor.history) == 3
+    editor.undo()
+    assert len(editor.pins) == 2 and editor.constraints == []
+
+
+def test_what_the_view_sets_is_not_sent_back_to_it(editor: Any) -> None:
+    before = len(editor.comm.sent)
+    editor.comm.update(axes={**editor.axes, "wght": 512.0}, _gesture="slider")
+    sent = [key for data in editor.comm.sent[before:] for key in data.get("state", {})]
+    assert "axes" not in sent
+    assert editor.axes["wght"] == 512

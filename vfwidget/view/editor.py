@@ -34,8 +34,12 @@ from .state import State, checked_locks, checked_pins
 from .steps import Steps
 from .word import describe_word
 
-STATE_TRAITS = ["axes", "shared", "_pins", "locks", "constraints", "avoid_overlaps"]
-"""The traits in which the view changes the state."""
+PLACES = ("axes", "shared", "_pins", "locks", "constraints")
+"""The traits in which the view changes what undo brings back."""
+ALIASES = {"value": "axes", "_pins": "pins"}
+"""Traits with the same content as another one."""
+STATE_TRAITS = [*PLACES, "avoid_overlaps"]
+"""The traits that the view is told again when it has sent something that cannot be taken."""
 VIEW_TRAITS = {*STATE_TRAITS, "teaching", "_gesture"}
 """All traits that the view may set."""
 SNAPSHOT_HEIGHT = 180
@@ -293,19 +297,37 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
     def _check_height(self, proposal: Any) -> int | None:
         return checked_height(proposal["value"])
 
-    def _moved(self, axes: Any) -> Text:
-        """The text at other axes, with shared or separate axes as ``shared`` says."""
-        if self.shared == self.text.shared:
+    def _moved(self, axes: Any, shared: bool | None = None) -> Text:
+        """The text at other axes, shared by its letters or not."""
+        shared = self.shared if shared is None else shared
+        if shared == self.text.shared:
             return self.text.at(axes=axes)
-        if self.shared and not isinstance(axes, Mapping):
+        if shared and not isinstance(axes, Mapping):
             axes = axes[0]
-        return self.text.at(axes=axes, shared=self.shared)
+        return self.text.at(axes=axes, shared=shared)
 
-    @traitlets.observe("axes", "shared", "value")
-    def _on_axes(self, change: Any) -> None:
+    def _with(self, changes: Mapping[str, Any]) -> State:
+        """The present state with new values of some traits, all at once."""
+        state = self._history.present
+        if "axes" in changes or "shared" in changes:
+            state = state.at(self._moved(changes.get("axes", self.axes), changes.get("shared")))
+        if "pins" in changes:
+            state = replace(state, pins=checked_pins(changes["pins"], state.text))
+        if "locks" in changes:
+            state = replace(state, locks=checked_locks(changes["locks"], state.text))
+        if "constraints" in changes:
+            constraints = checked_constraints(changes["constraints"], state.text)
+            state = replace(state, constraints=constraints)
+            if constraints:
+                followed = solve_drag(state, state.text, keep=self._keep)
+                state = replace(state, text=followed.solution.text)
+        return state
+
+    @traitlets.observe("axes", "shared", "value", "pins", "_pins", "locks", "constraints")
+    def _on_state(self, change: Any) -> None:
         if not self._adopting:
-            axes = self.value if change["name"] == "value" else self.axes
-            self._adopt(self._history.present.at(self._moved(axes)))
+            name = change["name"]
+            self._adopt(self._with({ALIASES.get(name, name): getattr(self, name)}))
 
     @traitlets.observe("text")
     def _on_text(self, change: Any) -> None:
@@ -315,23 +337,6 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
                 self._word = describe_word(self.text)
             self._adopt(self._history.present.at(self.text))
 
-    @traitlets.observe("pins", "_pins", "locks")
-    def _on_marks(self, change: Any) -> None:
-        if not self._adopting:
-            pins = checked_pins(self.pins if change["name"] == "pins" else self._pins, self.text)
-            locks = checked_locks(self.locks, self.text)
-            self._adopt(replace(self._history.present, pins=pins, locks=locks))
-
-    @traitlets.observe("constraints")
-    def _on_constraints(self, _: Any) -> None:
-        if not self._adopting:
-            constraints = checked_constraints(self.constraints, self.text)
-            state = replace(self._history.present, constraints=constraints)
-            if constraints:
-                followed = solve_drag(state, state.text, keep=self._keep)
-                state = replace(state, text=followed.solution.text)
-            self._adopt(state)
-
     def set_state(self, sync_data: Any) -> None:
         """Take state from the view. What cannot be taken is shown there and undone."""
         with self._lock:
@@ -340,6 +345,11 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
                 refuse_foreign(sync_data, VIEW_TRAITS, SolveError)
                 name = sync_data.get("_gesture")
                 self._naming = name if isinstance(name, str) else None
+                # Pins and the constraint that takes their place, say, are one change.
+                mine = {key: sync_data.pop(key) for key in PLACES if key in sync_data}
+                if mine:
+                    with self._lock_property(**mine):
+                        self._adopt(self._with({ALIASES.get(k, k): v for k, v in mine.items()}))
                 super().set_state(sync_data)
             except Exception as error:
                 self._show()
