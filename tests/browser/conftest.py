@@ -37,6 +37,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path
             *("--ServerApp.ip=127.0.0.1", f"--ServerApp.port={port}"),
             *("--IdentityProvider.token=", "--ServerApp.password="),
             *(f"--ServerApp.root_dir={folder}", "--LabApp.expose_app_in_browser=True"),
+            "--JupyterNotebookApp.expose_app_in_browser=True",
             *("--LabApp.news_url=", "--ServerApp.disable_check_xsrf=True"),
         ],
         env={
@@ -51,7 +52,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path
     )
     address = f"http://127.0.0.1:{port}"
     try:
-        _wait_for(f"{address}/api/status", process)
+        wait_for(f"{address}/api/status", process)
         yield address, folder
     finally:
         process.terminate()
@@ -62,7 +63,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path
             process.wait()
 
 
-def _wait_for(url: str, process: subprocess.Popen[bytes]) -> None:
+def wait_for(url: str, process: subprocess.Popen[bytes]) -> None:
     end = time.monotonic() + START_SECONDS
     while time.monotonic() < end and process.poll() is None:
         try:
@@ -70,7 +71,7 @@ def _wait_for(url: str, process: subprocess.Popen[bytes]) -> None:
             return
         except OSError:
             time.sleep(0.2)
-    pytest.fail(f"JupyterLab did not answer within {START_SECONDS} s.")
+    pytest.fail(f"{url} did not answer within {START_SECONDS} s.")
 
 
 @pytest.fixture(scope="session")
