@@ -44,13 +44,11 @@ def test_keyframes_give_every_frame_within_the_tolerance(moving: Any, by_axes: b
             assert len(keyframes(track, 8.0, by_axes)) < len(keys) < len(track.times)
 
 
-def test_tracks_are_the_outlines_of_the_frames_before_rotation(moving: Any) -> None:
+def test_tracks_are_the_outlines_of_the_frames(moving: Any) -> None:
     tracks = letter_tracks(moving)
     for number in (0, 14, 15, 30):
         present = [t for row in tracks for t in row if t.start <= number < t.start + len(t.times)]
-        drawn = np.concatenate(
-            [t.points[number - t.start] + t.origins[number - t.start] for t in present]
-        )
+        drawn = np.concatenate([t.drawn[number - t.start] for t in present])
         np.testing.assert_allclose(drawn, moving[number].points().numpy(), atol=1e-9)
     # The a of Recursive has another glyph where it is cursive.
     assert sorted(len(row) for row in tracks)[-1] == 2

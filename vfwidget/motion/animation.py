@@ -14,7 +14,7 @@ from ..arrays import Array, ArrayLike
 from ..energy import Term, solve
 from ..errors import MotionError
 from ..text import Text
-from ..text.place import AXES, OFFSETS
+from ..text.place import AXES, OFFSETS, ROTATIONS
 from .diagnostics import Diagnostics
 from .exports import Exports
 from .keyframes import Easing, check_same, read_delays, read_easing, read_keyframes, transitions
@@ -43,7 +43,8 @@ class Animation(Diagnostics, Exports):
         Displacement of each letter from the position that the layout gives it, in font units.
         Default: that of ``text``.
     rotations : (T, l) array, optional
-        Rotation of each letter about its own origin, in radians, counterclockwise. Default 0.
+        Rotation of each letter about its own origin, in radians, counterclockwise. Default:
+        that of ``text``.
     penetration : (T,) array, optional
         Depth of the deepest contact, in font units. Default 0.
     energy : (T,) array, optional
@@ -82,7 +83,7 @@ class Animation(Diagnostics, Exports):
             offsets = np.repeat(text.place[OFFSETS][None], count, axis=0)
         self.offsets = read_array("offsets", offsets, (count, letters, 2))
         if rotations is None:
-            rotations = np.zeros((count, letters))
+            rotations = np.repeat(text.rotations[None], count, axis=0)
         self.rotations = read_array("rotations", rotations, (count, letters))
         if penetration is None:
             penetration = np.zeros(count)
@@ -100,7 +101,11 @@ class Animation(Diagnostics, Exports):
         """A frame as a :class:`Text`; a slice of frames as an :class:`Animation`."""
         if not isinstance(index, slice):
             index = operator.index(index)
-            place = {AXES: self.theta[index], OFFSETS: self.offsets[index]}
+            place = {
+                AXES: self.theta[index],
+                OFFSETS: self.offsets[index],
+                ROTATIONS: self.rotations[index],
+            }
             return self.text.moved_to({**self.text.place, **place})
         if not len(range(*index.indices(len(self)))) or (index.step or 1) < 0:
             raise MotionError(
@@ -137,7 +142,7 @@ class Animation(Diagnostics, Exports):
         Parameters
         ----------
         keyframes : sequence of (seconds, Text)
-            States of one text, in the order of time. Axes and offsets are interpolated.
+            States of one text, in the order of time. Axes, offsets and rotations are interpolated.
         easing : str, four numbers or function
             How each transition speeds up and slows down: "linear", "ease", "ease-in", "ease-out",
             "ease-in-out" (the default) or the numbers of ``cubic-bezier``, as in CSS. A function
@@ -168,8 +173,7 @@ class Animation(Diagnostics, Exports):
         delays = read_delays(delay, len(texts[0].glyphs))
         if delays.any() and texts[0].shared:
             texts = [text.at(shared=False) for text in texts]
-        sampled, theta, offsets = transitions(times, texts, delays, easing, rate)
-        return cls(texts[0], sampled, theta, offsets)
+        return cls(texts[0], *transitions(times, texts, delays, easing, rate))
 
     @classmethod
     def from_terms(

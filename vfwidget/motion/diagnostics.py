@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, to_array
 from ..text import Text
 
 STILL = 0.01
@@ -56,9 +56,8 @@ class Diagnostics:
 
     def _rest(self) -> float | None:
         """The time from which the text moves by less than STILL in each frame, if any."""
-        points = self.text.point_set()
-        places = [frame.place for frame in self]  # type: ignore[attr-defined]
-        drawn = np.array([points.positions(place) for place in places])
+        frames = list(self)  # type: ignore[call-overload]
+        drawn = np.array([to_array(frame.points()) for frame in frames])
         if len(drawn) < 2 or not drawn.shape[1]:
             return None
         moved = np.linalg.norm(np.diff(drawn, axis=0), axis=-1).max(1)

@@ -53,16 +53,16 @@ def read_rates(name: str, value: Any, text: Text) -> Array:
     return np.broadcast_to(rates, (p, n)).copy()
 
 
-def read_vectors(name: str, value: Any, letters: int) -> Array:
-    """A vector for each letter, (l, 2), from one for all or one for each.
+def read_vectors(name: str, value: Any, letters: int, size: int = 2) -> Array:
+    """A vector for each letter, (l, size), from one for all or one for each.
 
     Raises
     ------
     MotionError
         The shape is wrong, or a number is not finite.
     """
-    vectors = _numbers(name, value, [(2,), (letters, 2)])
-    return np.broadcast_to(vectors, (letters, 2)).copy()
+    vectors = _numbers(name, value, [(size,), (letters, size)])
+    return np.broadcast_to(vectors, (letters, size)).copy()
 
 
 def read_rest(value: Any, text: Text) -> Array:
@@ -88,8 +88,10 @@ def read_rest(value: Any, text: Text) -> Array:
         raise MotionError(f"rest is no state of the axes. {error}") from error
 
 
-def read_impulses(value: Any, letters: int) -> list[tuple[float, Array]]:
-    """Changes of velocity (l, 2), each with its time, in the order of time.
+def read_impulses(value: Any, letters: int, rotations: bool) -> list[tuple[float, Array]]:
+    """Changes of velocity (l, 3), each with its time, in the order of time.
+
+    The third number of each letter is the change of its angular velocity. Callers may leave it out.
 
     Raises
     ------
@@ -102,13 +104,12 @@ def read_impulses(value: Any, letters: int) -> list[tuple[float, Array]]:
         raise MotionError(
             f"impulses must be a sequence of (seconds, change of velocity); received {value!r}."
         ) from None
-    read = [
-        (
-            read_number("The time of an impulse", time, 0.0, math.inf, False),
-            read_vectors("The change of velocity of an impulse", vector, letters),
-        )
-        for time, vector in pairs
-    ]
+    read = []
+    for time, vector in pairs:
+        start = read_number("The time of an impulse", time, 0.0, math.inf, False)
+        size = 3 if rotations and np.shape(vector)[-1:] == (3,) else 2
+        change = read_vectors("The change of velocity of an impulse", vector, letters, size)
+        read.append((start, np.pad(change, ((0, 0), (0, 3 - size)))))
     return sorted(read, key=lambda pair: pair[0])
 
 

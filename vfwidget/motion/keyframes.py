@@ -120,7 +120,7 @@ def check_same(first: Text, other: Text) -> None:
     Raises
     ------
     MotionError
-        They differ in more than axes and offsets; the message says in what.
+        They differ in more than axes, offsets and rotations; the message says in what.
     """
     one, two = first.composition, other.composition
     equal = {
@@ -165,8 +165,8 @@ def read_delays(delay: Any, letters: int) -> Array:
 
 def transitions(
     times: Array, texts: Sequence[Text], delays: Array, easing: Easing, fps: float
-) -> tuple[Array, Array, Array]:
-    """Frame times (T,), Θ (T, p, n) and offsets (T, l, 2) between keyframes."""
+) -> tuple[Array, Array, Array, Array]:
+    """Frame times (T,), Θ (T, p, n), offsets (T, l, 2) and rotations (T, l) between keyframes."""
     ease = read_easing(easing)
     end = times[-1] + delays.max(initial=0.0)
     wanted = float(end - times[0]) * fps
@@ -177,6 +177,7 @@ def transitions(
     local = np.clip(sampled[:, None] - delays, times[0], times[-1])
     theta = np.stack([text.coordinates for text in texts])
     offsets = np.stack([text.place[OFFSETS] for text in texts])
+    rotations = np.stack([text.rotations for text in texts])
     at = np.clip(np.searchsorted(times, local, side="right") - 1, 0, max(len(times) - 2, 0))
     if len(times) == 1:
         part = np.zeros_like(local)
@@ -188,8 +189,11 @@ def transitions(
 
     def mixed(states: Array, rows: Any) -> Array:
         first, second = states[at[:, rows], rows], states[following[:, rows], rows]
-        share = part[:, rows, None]
+        share = part[:, rows].reshape(first.shape[:2] + (1,) * (first.ndim - 2))
         return np.asarray(first + share * (second - first))
 
     vectors = np.zeros(1, dtype=np.intp) if theta.shape[1] == 1 else letters
-    return sampled, mixed(theta, vectors), mixed(offsets, letters)
+    return sampled, *(
+        mixed(states, rows)
+        for states, rows in ((theta, vectors), (offsets, letters), (rotations, letters))
+    )

@@ -12,9 +12,10 @@ from tqdm.auto import tqdm
 from ..arrays import Array
 from ..errors import MotionError, MotionWarning, SolveError, warn_caller
 from ..text import Text
-from ..text.place import AXES, OFFSETS, Place
+from ..text.place import AXES, OFFSETS, ROTATIONS, Place
 from .animation import Animation
 from .body import Body
+from .flight import Flight
 from .inputs import (
     over_time,
     read_impulses,
@@ -47,6 +48,7 @@ def simulate(
     impulses: Any = (),
     obstacles: Any = (),
     positions: bool = False,
+    rotations: bool = False,
     restitution: float = 0.3,
     friction: float = 0.5,
     substeps: int | str = "auto",
@@ -80,12 +82,16 @@ def simulate(
         that suits an em of 1,000 units is (0, -4000).
     impulses : sequence of (seconds, (2,) or (l, 2) array)
         Sudden changes of velocity, in font units per second. With time 0 it is the velocity at the
-        start.
+        start. If letters rotate, a vector may have a third number, which changes the angular
+        velocity, in radians per second.
     obstacles : as for :func:`~vfwidget.overlaps`, an Animation, or a function of the time
         Shapes that the letters cannot enter. A function returns the obstacles at a time in
         seconds; they push the letters.
     positions : bool
         Whether the letters move freely. Otherwise only their axes move. Default False.
+    rotations : bool
+        Whether the letters also rotate: they roll, topple and spin. It needs ``positions=True``.
+        Default False.
     restitution : float
         Ratio of the speeds after and before an impact, 0 to 1. Default 0.3.
     friction : float
@@ -144,11 +150,16 @@ def simulate(
         substeps=None if auto else read_count('substeps must be "auto" or', substeps),
     )
     masses = read_masses(mass, letters)
-    pushes = read_impulses(impulses, letters)
+    pushes = read_impulses(impulses, letters, read_flag("rotations", rotations))
     outside = _Influences(text, over_time(rest), over_time(forces))
     outside.at(0.0)
     scene = Scene(text, over_time(obstacles))
-    body = Body(text, masses, read_flag("positions", positions))
+    body = Body(text, masses, read_flag("positions", positions), bool(rotations))
+    if rotations and not positions:
+        raise MotionError(
+            "rotations=True needs positions=True, because a letter rotates about its centre of "
+            "mass, which then moves its origin."
+        )
     start = apart(body, scene)
     laws = replace(
         laws, stiffness=laws.stiffness * body.inertia, damping=laws.damping * body.inertia
@@ -226,7 +237,10 @@ class _Run:
         """Apply the impulses whose time has come."""
         due = np.zeros_like(self.state.velocity)
         while self.impulses and self.impulses[0][0] <= self.time + 1e-9:
-            due = due + self.body.force(self.impulses.pop(0)[1])
+            change = self.impulses.pop(0)[1]
+            due = due + self.body.force(change[:, :2])
+            if self.body.rotates:
+                due = due + Flight(self.body, self.state.place, due).rotation(change[:, 2])
         self.state = replace(self.state, velocity=self.state.velocity + due)
         return bool(np.any(due))
 
@@ -298,6 +312,7 @@ class _Run:
             times,
             np.array([place[AXES] for place in places]),
             np.array([place[OFFSETS] for place in places]),
+            None if not self.body.rotates else np.array([place[ROTATIONS] for place in places]),
             penetration=np.array(penetration),
             energy=np.array(energy),
             scenery=[self.scene.contours(time) for time in times],

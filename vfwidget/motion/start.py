@@ -36,7 +36,7 @@ def apart(body: Body, scene: Scene) -> Place:
     text, obstacles = body.text, scene.given(0.0)
     depth = deepest(text, obstacles)
     if depth <= DEEP:
-        return text.place
+        return body.start(text)
     before = depth
     if OFFSETS not in body.free:
         text = resolve_overlaps(text, obstacles).text
@@ -64,7 +64,7 @@ def apart(body: Body, scene: Scene) -> Place:
         "starts from the nearest free state that was found.",
         MotionWarning,
     )
-    return text.place
+    return body.start(text)
 
 
 def deepest(text: Text, obstacles: Any) -> float:

@@ -26,8 +26,10 @@ from ..overlap.gaps import Gaps
 from ..solver.problem import Tolerances
 from ..text.place import AXES, OFFSETS, Place
 from .body import Body
+from .flight import Flight
 from .scene import Scene
 from .terms import SLIP, STIFFNESS, Contact, Friction, Inertia, Springs, Touches
+from .warm import start_of
 
 TOLERANCES = Tolerances(step=1e-10, absolute_cost=1e-8, relative_cost=1e-13)
 MOST_STEPS = 40
@@ -160,7 +162,8 @@ class _Step:
         self.body, self.scene, self.laws = stepper.body, stepper.scene, stepper.laws
         self.state, self.time = state, time
         self.acceleration, self.rest = acceleration, rest
-        self.reduced = self.body.reduced_at(state.place)
+        self.flight = Flight(self.body, state.place, state.velocity)
+        self.reduced = self.flight.reduced
         self.outlines, self.obstacles = self.scene.at(time)
         self.longest = np.inf
         self.now = self._segments(state.place, self.obstacles)
@@ -197,11 +200,11 @@ class _Step:
         # A letter in contact takes the force at the end of the step (implicit Euler). A letter in
         # free flight takes its mean, which gives an exact parabola.
         self.share = np.where(state.touching, 1.0, 0.5)[:, None] * self.acceleration
-        goal = self.reduced + h * state.velocity + h * h * self.body.force(self.share)
+        self.goal = self.flight.ahead(h) + h * h * self.body.force(self.share)
         weights = h * h * laws.stiffness + h * laws.damping
         pull = h * h * laws.stiffness * self.rest + h * laws.damping * state.place[AXES]
         reference = np.divide(pull, weights, out=self.rest.copy(), where=weights > 0)
-        terms: list[Term] = [Inertia(self.body, goal)]
+        terms: list[Term] = [Inertia(self.body, self.goal)]
         if weights.any():
             terms.append(Springs(weights, reference))
         return terms
@@ -220,6 +223,10 @@ class _Step:
         text = self.body.text.moved_to(self.state.place)
         energy = Energy(text, terms, free=free or self.body.free)
         begin = energy.unknowns.start if start is None else energy.unknowns.flat(start)
+        for contact in terms:
+            if isinstance(contact, Contact):
+                others = [t for t in terms if isinstance(t, Inertia | Friction)]
+                begin = start_of(energy, others, contact, begin)
         found = descend(energy, begin, TOLERANCES, MOST_STEPS, scale_by_columns=True)
         return Place(energy.unknowns.place(found.state.x))
 
@@ -278,7 +285,7 @@ class _Step:
 
     def _moved(self, place: Place, touching: BoolArray | None = None) -> State:
         """The state at a place that the step has led to."""
-        velocity = (self.body.reduced_at(place) - self.reduced) / self.h
+        velocity = self.flight.velocity_at(place, self.goal, self.h)
         velocity += self.h * self.body.force(self.acceleration - self.share)
         if touching is None:
             touching = np.zeros(len(self.body.rows), dtype=bool)
@@ -368,10 +375,10 @@ class _Step:
         if OFFSETS not in body.free:
             after = soft + e * (soft - velocity)
         else:
-            whole = body.translation(velocity)
+            whole = self.flight.rigid
             after = (1 + e) * stopped(whole, (OFFSETS,)) - e * whole
             lost = float(velocity @ velocity - after @ after)
-            inner = soft - body.translation(soft)
+            inner = soft - Flight(body, self.state.place, soft).rigid
             size = float(inner @ inner)
             after = after + inner * np.sqrt(min(1.0, max(lost, 0.0) / max(size, 1e-12)))
         hit = self._together(gaps)

@@ -17,7 +17,7 @@ from ..energy import Term
 from ..energy.rows import Rows
 from ..overlap.gaps import Gaps
 from ..text import Text
-from ..text.place import AXES, OFFSETS
+from ..text.place import AXES, OFFSETS, ROTATIONS, Block
 from .body import Body
 
 STIFFNESS = 1e3
@@ -28,11 +28,17 @@ SLIP = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Inertia(Term):
-    """Keep the momentum: ‖q(x) − q̂‖² in reduced coordinates, with q̂ where the motion leads."""
+    """Keep the momentum: ‖q(x) − q̂‖² in reduced coordinates, with q̂ where the motion leads.
+
+    The angles of letters that rotate are unknowns of this term.
+    """
 
     body: Body
     goal: Array
     tolerance = None
+
+    def blocks(self, text: Text) -> Mapping[str, Block]:
+        return {ROTATIONS: Block(text.rotations)} if self.body.rotates else {}
 
     def locate(self, text: Text) -> Rows | None:
         return _Rows(self)
@@ -100,21 +106,28 @@ class Touches:
     ) -> Array:
         """Derivative (C, N) of the relative positions along directions (C, 2)."""
         jacobian = np.zeros((len(directions), max(part.stop for part in slices.values())))
+        used = np.flatnonzero(directions.any(1))
+        if not len(used):
+            return jacobian
+        index, letter, along = self._index[used], self._letter[used], directions[used]
+        each = self._weights[used, ..., None] * along[:, None, None]
         if AXES in slices:
-            moves = self._points.moves(place)
-            by = np.zeros((len(directions), len(moves), 2))
-            each = self._weights[..., None] * directions[:, None, None]
-            row = np.arange(len(by))[:, None, None]
-            np.add.at(by, (row, self._index), each)
-            flat = by.reshape(len(by), 2 * len(moves))
-            jacobian[:, slices[AXES]] = flat @ moves.reshape(2 * len(moves), place[AXES].size)
+            moves = self._points.moves(place)[index]
+            flat = each.reshape(len(used), 1, -1) @ moves.reshape(len(used), -1, moves.shape[-1])
+            jacobian[used, slices[AXES]] = flat[:, 0]
         if OFFSETS in slices:
             start = slices[OFFSETS].start
             for side, sign in ((0, 1.0), (1, -1.0)):
-                row = np.flatnonzero(self._letter[:, side] >= 0)
-                column = start + 2 * self._letter[row, side]
-                jacobian[row, column] += sign * directions[row, 0]
-                jacobian[row, column + 1] += sign * directions[row, 1]
+                row = np.flatnonzero(letter[:, side] >= 0)
+                for axis in range(2):
+                    column = start + 2 * letter[row, side] + axis
+                    jacobian[used[row], column] += sign * along[row, axis]
+        if ROTATIONS in slices:
+            slopes = (each * self._points.spins(place)[index]).sum((2, 3))
+            for side in range(2):
+                row = np.flatnonzero(letter[:, side] >= 0)
+                column = slices[ROTATIONS].start + letter[row, side]
+                jacobian[used[row], column] += slopes[row, side]
         return jacobian
 
 
@@ -139,8 +152,12 @@ class Contact(Term):
 
     def residual_at(self, place: Mapping[str, Array]) -> Array:
         """The residual (C,), weighted."""
+        return np.sqrt(self.weight) * np.maximum(-self.gaps_at(place), 0.0)
+
+    def gaps_at(self, place: Mapping[str, Array]) -> Array:
+        """The gaps minus those that are kept, (C,)."""
         gaps = (self.touches.relative(place) * self.touches.normals).sum(1)
-        return np.sqrt(self.weight) * np.maximum(self.least - gaps, 0.0)
+        return np.asarray(gaps - self.least)
 
     def jacobian_at(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
         """Its derivative (C, N)."""

@@ -86,9 +86,11 @@ class Fill:
         offsets = self.offsets + 1e-9 * np.arange(len(self.offsets))
         return np.stack([np.interp(t, offsets, part) for part in colours.T], -1)
 
-    def shifted(self, x: float, y: float) -> Fill:
-        """The same paint elsewhere."""
-        return replace(self, matrix=self.matrix + np.array([[0, 0, x], [0, 0, y]]))
+    def placed(self, origin: Array, rotation: Array) -> Fill:
+        """The same paint, rotated about 0 by a matrix (2, 2) and then moved to an origin (2,)."""
+        matrix = rotation @ self.matrix
+        matrix[:, 2] += origin
+        return replace(self, matrix=matrix)
 
 
 class Shape(NamedTuple):

@@ -28,17 +28,18 @@ def shapes(text: Any) -> list[Shape]:
     """
     found = [Shape([])]
     letters = text.word.letters(text.coordinates)
-    for (glyph, w), placed in zip(letters, text.layout, strict=True):
-        origin = [placed.x, placed.y]
+    for (glyph, w), placed, angle in zip(letters, text.layout, text.rotations, strict=True):
+        origin = np.array([placed.x, placed.y])
+        cos, sin = np.cos(angle), np.sin(angle)
+        rotation = np.array([[cos, -sin], [sin, cos]])
         if not glyph.layers:
             if found[-1].fill is not None:
                 found.append(Shape([]))
-            found[-1].contours.extend(
-                contour + origin for contour in glyph.contours.split(glyph.outline.value(w))
-            )
+            outline = glyph.outline.value(w) @ rotation.T + origin
+            found[-1].contours.extend(glyph.contours.split(outline))
         for layer in glyph.layers:
-            outline = layer.glyph.outline.value(w) + origin
-            fill = layer.paint.at(w).shifted(placed.x, placed.y)
+            outline = layer.glyph.outline.value(w) @ rotation.T + origin
+            fill = layer.paint.at(w).placed(origin, rotation)
             found.append(Shape(layer.glyph.contours.split(outline), fill))
     return [shape for shape in found if shape.contours] or found[:1]
 

@@ -94,24 +94,27 @@ def read_theta(theta: ArrayLike, shape: tuple[int, ...]) -> torch.Tensor:
     return checked
 
 
-def read_offsets(offsets: ArrayLike, letters: int) -> Array:
-    """Displacements of the letters, (l, 2).
+def read_letters(name: str, values: ArrayLike | None, shape: tuple[int, ...]) -> Array:
+    """Numbers for each letter, (l, 2) or (l,); None stands for zeros.
 
     Raises
     ------
     TextError
         The shape is another one, or a number is not finite.
     """
+    if values is None:
+        return np.zeros(shape)
     try:
-        values = to_array(offsets).copy()
+        numbers = to_array(values).copy()
     except (TypeError, ValueError, RuntimeError):
-        values = np.zeros(0)
-    if values.shape != (letters, 2) or not np.isfinite(values).all():
+        numbers = np.zeros(0)
+    if numbers.shape != shape or not np.isfinite(numbers).all():
         raise TextError(
-            f"offsets must be finite numbers of shape {(letters, 2)}, one displacement (x, y) for "
-            f"each letter; received {offsets!r:.200}."
+            f"{name} must be finite numbers of shape {shape}, one row for each letter; "
+            f"received {values!r:.200}."
         )
-    return values
+    numbers.flags.writeable = False
+    return numbers
 
 
 def read_length(name: str, value: Any) -> float:

@@ -19,6 +19,8 @@ from ..errors import SolveError
 
 AXES, OFFSETS, TRACKING = "axes", "offsets", "tracking"
 """The three blocks that every text has."""
+ROTATIONS = "rotations"
+"""The angles of the letters (l,) in radians. Only a simulation has them as unknowns."""
 
 
 class Place(Mapping[str, Array]):

@@ -7,7 +7,8 @@ the word, a control point or a :class:`Handle` on a curve, is
     p̃ = base + D · γ(θ_letter) + origin(Θ) + gaps · tracking x̂ + offset_letter,
 
 and a few points cost a few rows, however large the glyphs are. A word with a glyph of another
-form (one whose components have axes of their own) is evaluated glyph by glyph instead.
+form (one whose components have axes of their own) is evaluated glyph by glyph instead. If letters
+are rotated, so are the first two summands (:class:`RotatedPoints`).
 """
 
 from __future__ import annotations
@@ -221,3 +222,54 @@ class BlendedPoints(PointSet):
         weights = like(self.weights, control_points)
         own = (weights[..., None] * control_points[..., self.index, :]).sum(-2)
         return own + origins[..., self.origin, :]
+
+
+@dataclass(frozen=True)
+class RotatedPoints(PointSet):
+    """Points of letters that are rotated about their origins.
+
+    Attributes
+    ----------
+    points : PointSet
+        The points of the upright letters.
+    start : PointSet
+        The origin of the letter of each point, (p, 2).
+    angles : (l,) array
+        Of the letters, in radians, counterclockwise.
+    """
+
+    letter: IntArray
+    origin: IntArray
+    points: PointSet
+    start: PointSet
+    angles: Array
+    word: Any = field(repr=False)
+
+    @staticmethod
+    def of(points: PointSet, angles: Array) -> RotatedPoints:
+        """Points of a word, rotated with their letters."""
+        start = points.word.starts(points.letter)
+        return RotatedPoints(points.letter, points.letter, points, start, angles, points.word)
+
+    def spins(self, theta: Array) -> Array:
+        """The derivative of each point by the angle of its letter, (p, 2)."""
+        x, y = (self._set(theta) - self.start._set(theta)).T
+        return np.stack([-y, x], 1)
+
+    def _set(self, theta: Any) -> Any:
+        start = self.start._set(theta)
+        return start + self._rotated((self.points._set(theta) - start)[..., None])[..., 0]
+
+    def _set_and_jacobian(self, theta: Any) -> tuple[Any, Any]:
+        start, start_slopes = self.start._set_and_jacobian(theta)
+        position, slopes = self.points._set_and_jacobian(theta)
+        l, n = slopes.shape[-2:]
+        own = (slopes - start_slopes).reshape(*slopes.shape[:-2], l * n)
+        turned = self._rotated(own).reshape(slopes.shape)
+        return start + self._rotated((position - start)[..., None])[..., 0], start_slopes + turned
+
+    def _rotated(self, vectors: Any) -> Any:
+        """Vectors (..., p, 2, q), rotated with the letters of the points."""
+        cos, sin = np.cos(self.angles), np.sin(self.angles)
+        matrices = np.stack([cos, -sin, sin, cos], -1).reshape(-1, 2, 2)
+        return like(matrices[self.letter], vectors) @ vectors

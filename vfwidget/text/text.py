@@ -14,11 +14,11 @@ from ..font import Font, Glyph, load_font
 from .composition import Composition
 from .exports import Exports
 from .handle import Handle
-from .inputs import AxisValues, read_axes, read_length, read_offsets, read_point, read_theta
+from .inputs import AxisValues, read_axes, read_length, read_letters, read_point, read_theta
 from .layout import PlacedGlyph
 from .locate import carry, nearest_handle
-from .place import AXES, OFFSETS, TRACKING, Block, Place
-from .points import PointSet
+from .place import AXES, OFFSETS, ROTATIONS, TRACKING, Block, Place
+from .points import PointSet, RotatedPoints
 
 if TYPE_CHECKING:
     import torch
@@ -42,6 +42,9 @@ class Text(Exports):
     offsets : (l, 2) array, optional
         Displacement of each letter from the position that the layout gives it, in font units.
         Default 0.
+    rotations : (l,) array, optional
+        Angle of each letter about its origin, in radians, counterclockwise. Default 0. Solves
+        keep the angles.
     tracking : float
         Space that is added after each letter, in font units. Default 0.
     features : mapping of tag to bool or int, optional
@@ -60,6 +63,7 @@ class Text(Exports):
 
     Attributes
     ----------
+    rotations : (l,) array
     word : Word
         The data that all texts share which are moved within one setting.
     composition : Composition
@@ -92,6 +96,7 @@ class Text(Exports):
         shared: bool = True,
         *,
         offsets: ArrayLike | None = None,
+        rotations: ArrayLike | None = None,
         tracking: float = 0.0,
         features: Mapping[str, bool | int] | None = None,
         language: str | None = None,
@@ -114,9 +119,9 @@ class Text(Exports):
             self.font, self.composition.parameters, axes if axes is not None else {}
         )
         self.word = self.composition.word_at(self._theta)
-        self._offsets = np.zeros((len(self.glyphs), 2))
-        if offsets is not None:
-            self._offsets = read_offsets(offsets, len(self.glyphs))
+        letters = len(self.glyphs)
+        self._offsets = read_letters("offsets", offsets, (letters, 2))
+        self.rotations = read_letters("rotations", rotations, (letters,))
         self._tracking = np.array([read_length("tracking", tracking)])
 
     @property
@@ -190,6 +195,7 @@ class Text(Exports):
         axes: AxisValues | Sequence[AxisValues] | None = None,
         theta: ArrayLike | None = None,
         offsets: ArrayLike | None = None,
+        rotations: ArrayLike | None = None,
         tracking: float | None = None,
         shared: bool | None = None,
     ) -> Text:
@@ -203,6 +209,8 @@ class Text(Exports):
             Normalized coordinates. Give either this or ``axes``.
         offsets : (l, 2) array, optional
             New displacements of the letters, in font units. By default they stay.
+        rotations : (l,) array, optional
+            New angles of the letters, in radians. By default they stay.
         tracking : float, optional
             New space after each letter, in font units. By default it stays.
         shared : bool, optional
@@ -215,12 +223,14 @@ class Text(Exports):
             The axis or instance is unknown, a shape is wrong, a value is NaN, both ``axes`` and
             ``theta`` are given, or no argument at all.
         TextError
-            ``offsets`` has the wrong shape or holds NaN.
+            ``offsets`` or ``rotations`` has the wrong shape or holds NaN.
         """
         if axes is not None and theta is not None:
             raise AxisError("Give either axes= or theta=.")
-        if all(one is None for one in (axes, theta, offsets, tracking, shared)):
-            raise AxisError("Give at least one of axes=, theta=, offsets=, tracking= and shared=.")
+        if all(one is None for one in (axes, theta, offsets, rotations, tracking, shared)):
+            raise AxisError(
+                "Give at least one of axes=, theta=, offsets=, rotations=, tracking= and shared=."
+            )
         text = self
         if shared is not None and shared != self.shared:
             text = self._regrouped(shared)
@@ -230,8 +240,11 @@ class Text(Exports):
         elif theta is not None:
             coordinates, values = to_array(read_theta(theta, text._theta.shape)).copy(), None
         moved = text.moved(coordinates, values)
+        letters = len(moved.glyphs)
         if offsets is not None:
-            moved._offsets = read_offsets(offsets, len(moved.glyphs))
+            moved._offsets = read_letters("offsets", offsets, (letters, 2))
+        if rotations is not None:
+            moved.rotations = read_letters("rotations", rotations, (letters,))
         if tracking is not None:
             moved._tracking = np.array([read_length("tracking", tracking)])
         return moved
@@ -250,9 +263,10 @@ class Text(Exports):
         moved.composition, moved._tracking = self.composition, self._tracking
         moved._theta, moved._axes = coordinates, axes
         moved.word = self.composition.word_at(coordinates)
-        moved._offsets = self._offsets
+        moved._offsets, moved.rotations = self._offsets, self.rotations
         if len(moved.glyphs) != len(self.glyphs):
             moved._offsets = np.zeros((len(moved.glyphs), 2))
+            moved.rotations = np.zeros(len(moved.glyphs))
         return moved
 
     def moved_to(self, place: Mapping[str, Array]) -> Text:
@@ -261,6 +275,7 @@ class Text(Exports):
         moved._tracking = place[TRACKING]
         if len(place[OFFSETS]) == len(moved.glyphs):
             moved._offsets = place[OFFSETS]
+            moved.rotations = place.get(ROTATIONS, moved.rotations)
         return moved
 
     def __deepcopy__(self, memo: Any) -> Text:
@@ -361,9 +376,10 @@ class Text(Exports):
 
     def point_set(self, handles: Sequence[Handle] | None = None) -> PointSet:
         """Some of the text's points, or all its control points, ready for :meth:`positions`."""
+        points = self.word.outline
         if handles is not None:
-            return self.word.at_handles([self.carry(handle) for handle in handles])
-        return self.word.outline
+            points = self.word.at_handles([self.carry(handle) for handle in handles])
+        return RotatedPoints.of(points, self.rotations) if self.rotations.any() else points
 
     def positions(self, points: PointSet, theta: Any) -> Any:
         """A point set's positions at Θ, (p, 2); arrays stay arrays, tensors tensors."""

@@ -211,6 +211,14 @@ class Word:
         first = len(self.glyphs)
         origin = np.arange(first, len(self.origins.gaps))
         letter = np.maximum([self.layouts[0].anchor[k] for k in origin], 0)
+        return self._bare(letter, origin)
+
+    def starts(self, letter: IntArray) -> PointSet:
+        """The origins of letters, (p,)."""
+        return self._bare(letter, letter)
+
+    def _bare(self, letter: IntArray, origin: IntArray) -> PointSet:
+        """Points that lie at an origin."""
         if self.is_affine:
             deltas = np.zeros((len(origin), 2, len(self.regions.support)))
             return AffinePoints(letter, origin, np.zeros((len(origin), 2)), deltas, self)

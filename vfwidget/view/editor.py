@@ -167,6 +167,11 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
             raise TextError('An Editor needs a text to show: vf.Editor(font, "NT").')
         else:
             text = Text(font, string, axes=axes, shared=shared)
+        if text.rotations.any():
+            raise TextError(
+                f"An Editor shows upright letters, and this text has rotations {text.rotations}. "
+                f"Pass text.at(rotations=[0] * {len(text.glyphs)})."
+            )
         state = State(text, (), checked_locks(locks, text))
         self._lock = threading.RLock()
         self._adopting = False
