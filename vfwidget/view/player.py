@@ -41,8 +41,8 @@ class Player(anywidget.AnyWidget):
 
     Show the player by making it the last expression of a cell. Space plays and pauses, the arrow
     keys go to the next frame or the one before, Home and End to the first and the last one. The
-    curves show the axes over time, each between its least and its greatest value; press on them to
-    go to a time.
+    curves show the axes over time. All have one scale: the middle is the default, and the top and
+    the bottom are the ends of each axis. Press on the curves to go to a time.
 
     Parameters
     ----------

@@ -1,4 +1,7 @@
-/** The axes over time: one colour for each axis, one line for each axis vector, and a line at the present time. */
+/**
+ * The axes over time: one colour for each axis, one line for each axis vector, and a line at the present time. All have
+ * one scale: the middle is the default, and the top and the bottom are the ends of each range.
+ */
 import { attr, html, svg } from "../view/dom.js";
 import { varying } from "./film.js";
 
@@ -27,7 +30,9 @@ export class Curves {
       onpointermove: (/** @type {PointerEvent} */ event) => {
         if (event.buttons & 1) seek(this.timeAt(event), false);
       },
-    }, ...this.axes.flatMap((axis, i) => this.lines(axis, COLOURS[i % COLOURS.length])), this.now);
+    }, svg("title", {}, "Top: maximum of each axis. Middle: default. Bottom: minimum."),
+    svg("line", { class: "vfw-default", x1: 0, x2: WIDTH, y1: HEIGHT / 2, y2: HEIGHT / 2 }),
+    ...this.axes.flatMap((axis, i) => this.lines(axis, COLOURS[i % COLOURS.length])), this.now);
     this.values = this.axes.map(() => html("output", {}));
     this.element = html("div", { class: "vfw-curves", hidden: this.axes.length === 0 }, this.chart,
       html("ul", { class: "vfw-legend" }, ...this.axes.map((axis, i) => html("li", {},
@@ -44,12 +49,12 @@ export class Curves {
   /** @private @param {number} axis @param {string} colour */
   lines(axis, colour) {
     const { times, axes, vectors, duration } = this.film, n = this.word.axes.length;
-    const values = times.flatMap((_, f) => Array.from({ length: vectors }, (__, v) => axes[(f * vectors + v) * n + axis]));
-    const low = Math.min(...values), high = Math.max(...values);
+    const { minimum, default: middle, maximum } = this.word.axes[axis];
     return Array.from({ length: vectors }, (_, v) => svg("polyline", {
       class: "vfw-curve", stroke: colour,
       points: times.map((time, f) => {
-        const y = 4 + (HEIGHT - 8) * (1 - (values[f * vectors + v] - low) / (high - low));
+        const value = axes[(f * vectors + v) * n + axis] - middle;
+        const y = HEIGHT / 2 - (HEIGHT / 2 - 4) * value / ((value < 0 ? middle - minimum : maximum - middle) || 1);
         return `${(WIDTH * time / (duration || 1)).toFixed(1)},${y.toFixed(1)}`;
       }).join(" "),
     }));
