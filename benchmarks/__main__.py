@@ -13,6 +13,7 @@ NAMES = (
     "drag",
     "size",
     "latency",
+    "smooth",
     "study",
     "reach",
     "overlap",

@@ -77,8 +77,8 @@ def run(quick: bool) -> Iterator[Row]:
         for string, shared in (("a", True), (WORD, False)):
             drag = Drag.reachable(vf.Text("recursive", string, shared=shared))
             name = f"{string}-{shared}.ipynb"
-            nbformat.write(_notebook(drag.text), folder / name)
-            root = _open(page, f"{address}/lab/tree/{name}?reset")
+            nbformat.write(notebook_of(drag.text), folder / name)
+            root = open_notebook(page, f"{address}/lab/tree/{name}?reset")
             yield from _measure(page, root, drag, rounds=2 if quick else 6)
 
 
@@ -129,26 +129,26 @@ def _drag(page: Any, root: Any, drag: Drag) -> tuple[Array, Array]:
         page.mouse.move(**place)
         due += PERIOD
         time.sleep(max(0.0, due - time.perf_counter()))
-    _settle(page)
+    settle(page)
     log = page.evaluate("probe")
     page.mouse.up()
-    _settle(page)
+    settle(page)
     moves, sent, answered = (np.array(log[name]) for name in ("moves", "sent", "answered"))
     # The first pixels of a drag only decide that it is not a click.
     moves = moves[moves >= sent[0] - 1]
     answering = answered[np.searchsorted(sent, moves)]
-    return _painted(log, answering) - moves, answered - sent
+    return painted(log, answering) - moves, answered - sent
 
 
 def _slide(page: Any, root: Any) -> Array:
     """Return the latencies of a slider that moves up and down."""
     _clear(page)
     inputs = np.array(page.evaluate(SLIDE, [root.element_handle(), MOVES]))
-    _settle(page)
-    return _painted(page.evaluate("probe"), inputs) - inputs
+    settle(page)
+    return painted(page.evaluate("probe"), inputs) - inputs
 
 
-def _painted(log: dict[str, Any], since: Array) -> Array:
+def painted(log: dict[str, Any], since: Array) -> Array:
     """Return the time at which the first change after each moment was painted."""
     changed, painted = np.array(log["paints"]).T
     return painted[np.searchsorted(changed, since)]
@@ -158,7 +158,7 @@ def _clear(page: Any) -> None:
     page.evaluate("() => { for (const name in probe) probe[name].length = 0 }")
 
 
-def _settle(page: Any) -> None:
+def settle(page: Any) -> None:
     """Wait until every message is answered and the view has stopped moving."""
     page.wait_for_function(
         "() => { const s = document.querySelector('.vfwidget-editor').__vfw.stats;"
@@ -167,7 +167,7 @@ def _settle(page: Any) -> None:
     page.wait_for_timeout(1000)
 
 
-def _notebook(text: vf.Text) -> Any:
+def notebook_of(text: vf.Text) -> Any:
     code = (
         "import vfwidget as vf\n"
         f"vf.Editor('recursive', {text.string!r}, axes={text.axes!r}, shared={text.shared})"
@@ -178,7 +178,7 @@ def _notebook(text: vf.Text) -> Any:
     )
 
 
-def _open(page: Any, url: str) -> Any:
+def open_notebook(page: Any, url: str) -> Any:
     """Open a notebook, run all cells and return its editor."""
     page.goto(url)
     page.wait_for_selector(".jp-Notebook .jp-Cell", timeout=1e3 * PATIENCE)

@@ -8,8 +8,9 @@ import { createConstraintBar } from "./constraints.js";
 import { createControls } from "./controls.js";
 import { createGestures, DRAG, ZOOM } from "./gestures.js";
 import { createMarks } from "./marks.js";
-import { BETTER, BUSY, HINT, KEYS, LATER, placeInWords, REACH, UNMET, UNSENT } from "./messages.js";
+import { BUSY, HINT, KEYS, LATER, placeInWords, REACH, UNMET, UNSENT } from "./messages.js";
 import { Session, TRAITS } from "./session.js";
+import { createStatus } from "./status.js";
 import { createToolbar } from "./toolbar.js";
 
 /** Milliseconds: stillness before the window moves, and the time that traits get to catch up with the view. */
@@ -36,10 +37,10 @@ export function createEditor(model, arriving) {
   let reach = null;
   /** @type {string[]} */
   let asked = [];
-  let status = { kind: "idle", text: "" };
   /** Where letters press against something in the present drag. @type {[number, number][]} */
   let touching = [];
 
+  const status = createStatus(request), { say } = status;
   const session = new Session(model, request);
   const drawing = new Drawing();
   drawing.onmove = request;
@@ -98,11 +99,9 @@ export function createEditor(model, arriving) {
   });
   toolbar.unpin.after(bar.menu);
   const family = html("div", { class: "vfw-family" });
-  const line = html("div", { class: "vfw-status", role: "status", "aria-live": "polite", tabindex: 0 });
-  const better = html("button", { type: "button", class: "vfw-button vfw-better", hidden: true }, BETTER);
   const root = html("div", { class: "vfwidget vfwidget-editor" },
     html("div", { class: "vfw-stage" }, family, drawing.svg, toolbar.window),
-    html("div", { class: "vfw-bar" }, line, better, toolbar.element), bar.element, controls.element);
+    html("div", { class: "vfw-bar" }, status.line, status.better, toolbar.element), bar.element, controls.element);
   root.addEventListener("keydown", guard(shortcut), { signal: ending.signal });
   for (const [name, value] of Object.entries({ tabindex: 0, role: "application", [KEEP_KEYS]: "true" })) {
     attr(drawing.svg, name, value);
@@ -175,7 +174,7 @@ export function createEditor(model, arriving) {
 
   function render() {
     guard(update)();
-    guard(tell)();
+    status.show(session, reaching && !gestures.held ? REACH : HINT);
   }
 
   function update() {
@@ -265,17 +264,6 @@ export function createEditor(model, arriving) {
     attr(drawing.svg, "data-over", grab ? "drag" : hover ? (hover.pin >= 0 ? "pin" : "outline") : "");
   }
 
-  /** Puts the most pressing of what there is to say on the status line. */
-  function tell() {
-    const { error, problems } = session;
-    const { kind, text } = error ? { kind: "error", text: error }
-      : problems.size > 0 ? { kind: "error", text: [...problems.values()].join("\n") }
-        : status;
-    attr(line, "data-status", kind);
-    const words = text || (reaching && !gestures.held ? REACH : HINT);
-    if (line.textContent !== words) line.textContent = line.title = words;
-  }
-
   /** @param {string} what */
   async function save(what) {
     const { layout } = drawing;
@@ -335,14 +323,6 @@ export function createEditor(model, arriving) {
     step(redo ? "redo" : "undo");
   }
 
-  /** @param {string} kind @param {string} text */
-  function say(kind, text) {
-    better.hidden = true;
-    if (status.kind === kind && status.text === text) return;
-    status = { kind, text };
-    request();
-  }
-
   /** @param {any} message */
   function receive(message) {
     // An answer that comes too late still shows that somebody is there.
@@ -368,16 +348,12 @@ export function createEditor(model, arriving) {
     request();
     // The view has said at once what it predicted; where the answer agrees, the words stay.
     if (answer.status && answer.status !== status.kind) say(String(answer.status), String(answer.message || ""));
-    if (answer.elsewhere) offer(answer.elsewhere);
-  }
-
-  /** Offers a place far away that is better than the one that a drag has reached. @param {any} axes */
-  function offer(axes) {
-    better.hidden = false;
-    better.onclick = guard(() => {
-      say("idle", "");
-      session.write({ axes: conform(/** @type {any} */ (session.word), axes, session.shared, session.selected) });
-    });
+    if (answer.elsewhere) {
+      status.offer(guard(() => {
+        say("idle", "");
+        session.write({ axes: conform(/** @type {any} */ (session.word), answer.elsewhere, session.shared, session.selected) });
+      }));
+    }
   }
 
   /** @param {import("./channel.js").Message} sent @param {unknown} error why it could not be sent, if so */
