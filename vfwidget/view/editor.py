@@ -28,7 +28,7 @@ from .drag import Drags, answer, solve_drag
 from .exports import Exports
 from .frozen import frozen
 from .history import History
-from .options import checked_height, refuse_foreign, refuse_unknown
+from .options import checked_height, refuse_foreign, refuse_unknown, text_to_show
 from .snapshot import Snapshot
 from .state import State, checked_locks, checked_pins
 from .steps import Steps
@@ -156,22 +156,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         **unknown: Any,
     ) -> None:
         refuse_unknown(unknown, Editor.__init__)
-        if isinstance(font, Text):
-            if string is not None or axes is not None:
-                raise TextError(
-                    "Do not pass string or axes together with a Text, because a Text already "
-                    "contains both."
-                )
-            text = font
-        elif string is None:
-            raise TextError('An Editor needs a text to show: vf.Editor(font, "NT").')
-        else:
-            text = Text(font, string, axes=axes, shared=shared)
-        if text.rotations.any():
-            raise TextError(
-                f"An Editor shows upright letters, and this text has rotations {text.rotations}. "
-                f"Pass text.at(rotations=[0] * {len(text.glyphs)})."
-            )
+        text = text_to_show(font, string, axes, shared)
         state = State(text, (), checked_locks(locks, text))
         self._lock = threading.RLock()
         self._adopting = False

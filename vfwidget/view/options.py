@@ -8,9 +8,34 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from ..errors import TextError, VFWidgetError
+from ..text import Text
 
 HEIGHTS = (80, 4000)
 """Pixels between which the height of the picture is useful."""
+
+
+def text_to_show(font: Any, string: Any, axes: Any, shared: Any) -> Text:
+    """The text of an editor, from a Text or from a font and a string.
+
+    Raises
+    ------
+    TextError
+        There is no string, a Text comes together with a string or axes, or letters are rotated.
+    """
+    if not isinstance(font, Text):
+        if string is None:
+            raise TextError('An Editor needs a text to show: vf.Editor(font, "NT").')
+        return Text(font, string, axes=axes, shared=shared)
+    if string is not None or axes is not None:
+        raise TextError(
+            "Do not pass string or axes together with a Text, because a Text already contains both."
+        )
+    if font.rotations.any():
+        raise TextError(
+            f"An Editor shows upright letters, and this text has rotations {font.rotations}. "
+            f"Pass text.at(rotations=[0] * {len(font.glyphs)})."
+        )
+    return font
 
 
 def checked_height(height: Any) -> int | None:
