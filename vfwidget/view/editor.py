@@ -17,7 +17,7 @@ from typing import Any
 import anywidget
 import traitlets
 
-from ..errors import SolveError, TextError, VFWidgetError
+from ..errors import SolveError, VFWidgetError
 from ..font import Font
 from ..font.source import FontSource
 from ..text import AxisValues, Text
