@@ -26,11 +26,10 @@ from torch.autograd.functional import jacobian
 
 import vfwidget as vf
 
-from .recipe import Letter, levenberg_marquardt
+from .recipe import levenberg_marquardt
+from .sampled import Plane, Sampled
 from .table import Row, milliseconds
 
-SAMPLES = 8
-"""Points on each segment."""
 DT = 1 / 60
 GRAVITY = -4000.0
 STIFFNESS, COLLISION = 400.0, 1e4
@@ -79,68 +78,16 @@ class Recipe:
 
     def __init__(self, fall: Fall, forward: bool) -> None:
         text = fall.text
-        self.letters = [Letter.of(glyph) for glyph in text.glyphs]
-        self.segments = [torch.from_numpy(np.concatenate(g.contours.indices)) for g in text.glyphs]
-        self.lower, self.upper = (torch.from_numpy(bound) for bound in text.font.bounds)
+        self.word = Sampled(text, [FLOOR])
         self.axes = text.theta.shape
         offsets = [(g.x, g.y) for g in text.layout]
         self.start = torch.cat([text.theta.flatten() * UNIT, torch.tensor(offsets).flatten()])
-        self.floor = torch.tensor(FLOOR, dtype=torch.float64)
         self.rest, self.forward = text.theta.flatten() * UNIT, forward
-        t = (torch.arange(SAMPLES, dtype=torch.float64) + 0.5) / SAMPLES
-        s = 1 - t
-        self.blend = torch.stack([s**3, 3 * s * s * t, 3 * s * t * t, t**3], 1)
-        self.slope = torch.stack(
-            [-3 * s * s, 3 * s * s - 6 * s * t, 6 * s * t - 3 * t * t, 3 * t * t], 1
-        )
 
     def parts(self, x: Tensor) -> tuple[Tensor, Tensor]:
-        """Θ (l, n) and the origins of the letters (l, 2)."""
+        """Θ and the origins of the letters (l, 2)."""
         count = self.axes.numel()
-        theta = (x[:count] / UNIT).reshape(self.axes).clamp(self.lower, self.upper)
-        return theta.expand(len(self.letters), -1), x[count:].reshape(-1, 2)
-
-    def controls(self, x: Tensor) -> list[Tensor]:
-        """The segments (s, 4, 2) of each letter."""
-        theta, origins = self.parts(x)
-        return [
-            (letter.at(w)[:-1] + origin)[segments]
-            for letter, w, origin, segments in zip(
-                self.letters, theta, origins, self.segments, strict=True
-            )
-        ]
-
-    def planes(self, x: Tensor) -> list[tuple[int, Tensor, int, Tensor, Tensor]]:
-        """Colliding points: letter, indices, other letter or -1 for the floor, bases, normals."""
-        controls = self.controls(x)
-        samples = [torch.einsum("tk,skc->stc", self.blend, c).reshape(-1, 2) for c in controls]
-        slopes = [torch.einsum("tk,skc->stc", self.slope, c).reshape(-1, 2) for c in controls]
-        found = []
-        for i, points in enumerate(samples):
-            inside = (_winding(points, self.floor) != 0).nonzero()[:, 0]
-            if len(inside):
-                base = _nearest_on(self.floor, points[inside])
-                way = base - points[inside]
-                normal = way / way.norm(dim=1, keepdim=True).clamp_min(1e-9)
-                found.append((i, inside, -1, base, normal))
-            for j, others in enumerate(samples):
-                box = (points >= others.min(0).values) & (points <= others.max(0).values)
-                near = box.all(1).nonzero()[:, 0]
-                if i == j or not len(near):
-                    continue
-                inside = near[_winding(points[near], others) != 0]
-                if not len(inside):
-                    continue
-                nearest = torch.cdist(points[inside], others).argmin(1)
-                normal = others[nearest] - points[inside]
-                length = normal.norm(dim=1, keepdim=True)
-                along = slopes[j][nearest]
-                turned = torch.stack([along[:, 1], -along[:, 0]], 1)
-                turned = turned / turned.norm(dim=1, keepdim=True).clamp_min(1e-9)
-                found.append(
-                    (i, inside, j, nearest, torch.where(length > 1e-9, normal / length, turned))
-                )
-        return found
+        return (x[:count] / UNIT).reshape(self.axes), x[count:].reshape(-1, 2)
 
     def step(self, x: Tensor, before: Tensor) -> Tensor:
         """The unknowns after a step from x, where they were ``before`` one step ago."""
@@ -149,28 +96,21 @@ class Recipe:
         moved[count + 1 :: 2] += GRAVITY * DT**2
         root = math.sqrt(STIFFNESS) * DT
 
-        def residual_for(planes: list[tuple[int, Tensor, int, Tensor, Tensor]]):
+        def residual_for(planes: list[Plane]):
             def residual(x: Tensor) -> Tensor:
-                controls = self.controls(x)
-                points = [
-                    torch.einsum("tk,skc->stc", self.blend, c).reshape(-1, 2) for c in controls
-                ]
-                parts = [x - moved, root * (x[:count] - self.rest)]
-                for i, inside, j, base, normal in planes:
-                    b = base if j < 0 else points[j][base]
-                    depth = ((b - points[i][inside]) * normal).sum(1).clamp_min(0)
-                    parts.append(math.sqrt(COLLISION) * depth)
-                return torch.cat(parts)
+                depths = self.word.depths(self.word.controls(*self.parts(x)), planes)
+                collisions = [math.sqrt(COLLISION) * depth for depth in depths]
+                return torch.cat([x - moved, root * (x[:count] - self.rest), *collisions])
 
             return residual
 
         def project(x: Tensor) -> Tensor:
-            theta = (x[:count] / UNIT).reshape(self.axes).clamp(self.lower, self.upper)
+            theta = (x[:count] / UNIT).reshape(self.axes).clamp(self.word.lower, self.word.upper)
             return torch.cat([theta.flatten() * UNIT, x[count:]])
 
         mode = "forward-mode" if self.forward else "reverse-mode"
         for _ in range(LIMIT):
-            residual = residual_for(self.planes(x))
+            residual = residual_for(self.word.planes(self.word.controls(*self.parts(x))))
 
             def derivative(x: Tensor, residual=residual) -> Tensor:
                 return jacobian(residual, x, strategy=mode, vectorize=self.forward)
@@ -188,25 +128,6 @@ class Recipe:
         for _ in range(frames):
             before, x = x, self.step(x, before)
         return x
-
-
-def _nearest_on(corners: Tensor, points: Tensor) -> Tensor:
-    """The nearest point on a polygon to each point."""
-    along = corners.roll(-1, 0) - corners
-    away = points[:, None] - corners
-    part = ((away * along).sum(-1) / (along * along).sum(-1)).clamp(0, 1)
-    there = corners + part[..., None] * along
-    best = (there - points[:, None]).norm(dim=-1).argmin(1)
-    return there[torch.arange(len(points)), best]
-
-
-def _winding(points: Tensor, outline: Tensor) -> Tensor:
-    """Whether points are inside a sampled outline: the winding number, rounded."""
-    away = outline - points[:, None]
-    following = away.roll(-1, 1)
-    cross = away[..., 0] * following[..., 1] - away[..., 1] * following[..., 0]
-    turn = torch.atan2(cross, (away * following).sum(-1)).sum(1)
-    return (turn / (2 * math.pi)).round()
 
 
 def run(quick: bool) -> Iterator[Row]:

@@ -141,6 +141,18 @@ class Energy:
         axes = self.text.word.kinks if self._others or not self._compiled else self._compiled.kinks
         return self.unknowns.kinks(axes)
 
+    @property
+    def all_kinks(self) -> Array:
+        """As :attr:`kinks`, also of axes that affect no term."""
+        return self.unknowns.kinks(self.text.word.kinks)
+
+    def by_unknowns(self, slopes: Array) -> Array:
+        """Derivatives by the free unknowns (r, N), from those by all axes (r, size of Θ)."""
+        found = np.zeros((len(slopes), len(self.lower)))
+        if AXES in self.unknowns.slices:
+            found[:, self.unknowns.slices[AXES]] = slopes
+        return found
+
     def residual(self, x: Array) -> Array:
         """All residuals (r,) at the free unknowns x (N,).
 

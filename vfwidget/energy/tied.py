@@ -150,7 +150,15 @@ class TiedEnergy(Energy):
     @property
     def kinks(self) -> Array:
         """Those of all letters of a group."""
-        kinks, size = self._whole.kinks, len(self.lower)
+        return self._merged(self._whole.kinks)
+
+    @property
+    def all_kinks(self) -> Array:
+        """As :attr:`Energy.all_kinks`."""
+        return self._merged(self._whole.all_kinks)
+
+    def _merged(self, kinks: Array) -> Array:
+        size = len(self.lower)
         found = [np.unique(kinks[self._source == i]) for i in range(size)]
         table = np.full((size, max(map(len, found), default=1)), np.inf)
         for row, values in zip(table, found, strict=True):
@@ -167,7 +175,13 @@ class TiedEnergy(Energy):
 
     def jacobian(self, x: Array) -> Array:
         """As :meth:`Energy.jacobian`, by the chain rule."""
-        whole = self._whole.jacobian(x[self._source])
+        return self._summed(self._whole.jacobian(x[self._source]))
+
+    def by_unknowns(self, slopes: Array) -> Array:
+        """As :meth:`Energy.by_unknowns`."""
+        return self._summed(self._whole.by_unknowns(slopes))
+
+    def _summed(self, whole: Array) -> Array:
         jacobian = np.zeros((len(whole), len(self.lower)))
         np.add.at(jacobian.T, self._source, whole.T)
         return jacobian

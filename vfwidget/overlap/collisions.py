@@ -33,8 +33,8 @@ class Collisions(NamedTuple):
         """The common area (count,) of each letter with the letters after it and the obstacles."""
         return np.bincount(self.pairs[:, 0], self.common.area, count).astype(np.float64)
 
-    def by_pair(self, contours: Contours, starts: IntArray) -> Array:
-        """The derivative of each pair's common area by all control points, (P, K, 2).
+    def gradient(self, contours: Contours, starts: IntArray) -> Array:
+        """The derivative of :meth:`by_letter` by all control points, (l, K, 2).
 
         Parameters
         ----------
@@ -44,19 +44,30 @@ class Collisions(NamedTuple):
             The first segment of each letter.
         """
         common = self.common
-        owner = self.pairs[common.pair, common.layer]
-        # The others belong to obstacles, of which there may be more than letters.
-        own = ~self.obstacle[common.pair] | (common.layer == 0)
-        points = contours.segments[starts[owner[own]] + common.segment[own]]
-        gradient = np.zeros((len(self.pairs), contours.point_count, 2))
-        np.add.at(gradient, (common.pair[own][:, None], points), common.gradient()[own])
+        own, points = self._points(contours, starts, np.arange(len(common.segment)))
+        gradient = np.zeros((len(starts), contours.point_count, 2))
+        letter = self.pairs[common.pair[own], 0]
+        np.add.at(gradient, (letter[:, None], points), common.gradient()[own])
         return gradient
 
-    def gradient(self, contours: Contours, starts: IntArray) -> Array:
-        """The derivative of :meth:`by_letter` by all control points, (l, K, 2)."""
-        gradient = np.zeros((len(starts), contours.point_count, 2))
-        np.add.at(gradient, self.pairs[:, 0], self.by_pair(contours, starts))
-        return gradient
+    def by_piece(self, contours: Contours, starts: IntArray) -> tuple[IntArray, Array, Array]:
+        """Pair (M,), area (M,) and its derivative (M, K, 2) of each piece of common area."""
+        pieces = self.common.pieces()
+        own, points = self._points(contours, starts, pieces.segment)
+        gradient = np.zeros((len(pieces.pair), contours.point_count, 2))
+        np.add.at(gradient, (pieces.piece[own][:, None], points), pieces.gradient[own])
+        return pieces.pair, pieces.area, gradient
+
+    def _points(
+        self, contours: Contours, starts: IntArray, index: IntArray
+    ) -> tuple[IntArray, IntArray]:
+        """Which of the segments at an index belong to letters, and their control points (…, 4)."""
+        common = self.common
+        pair, layer = common.pair[index], common.layer[index]
+        # The others belong to obstacles, of which there may be more than letters.
+        own = np.flatnonzero(~self.obstacle[pair] | (layer == 0))
+        owner = self.pairs[pair[own], layer[own]]
+        return own, contours.segments[starts[owner] + common.segment[index[own]]]
 
 
 def collisions(

@@ -14,8 +14,30 @@ import numpy as np
 from ..arrays import Array, IntArray, expand
 from ..outline.area import areas, swept, weighted_powers
 from ..outline.arrangement import Spans, boundary
-from ..outline.monotone import coefficients
-from .shape import Shape
+from ..outline.monotone import coefficients, evaluate
+from .shape import CLOSED, Shape
+
+
+class Pieces(NamedTuple):
+    """The M pieces of common areas, of which a pair of shapes may have several.
+
+    Attributes
+    ----------
+    pair : (M,) int array
+    area : (M,) array
+    segment : (U,) int array
+        Segments on the boundary of a piece, as an index of :attr:`Common.segment`.
+    piece : (U,) int array
+        The piece that each of them belongs to.
+    gradient : (U, 4, 2) array
+        The derivative of the piece's area by the segment's control points.
+    """
+
+    pair: IntArray
+    area: Array
+    segment: IntArray
+    piece: IntArray
+    gradient: Array
 
 
 class Common(NamedTuple):
@@ -50,6 +72,26 @@ class Common(NamedTuple):
         spans = self.spans
         powers = weighted_powers(spans.start, spans.end, spans.weight)
         return swept(self.curves, spans.cubic, powers)
+
+    def pieces(self) -> Pieces:
+        """The common areas, divided where a level or an upright line does not meet them."""
+        bound = np.flatnonzero(self.spans.weight)
+        cubic, start, end, weight = (values[bound] for values in self.spans)
+        ends = np.stack([evaluate(self.curves[..., cubic], t) for t in (start, end)])
+        piece = self.pair[cubic]
+        for side in (1, 0):
+            piece = _clusters(piece, ends[:, side].min(0), ends[:, side].max(0))
+        _, first = np.unique(piece, return_index=True)
+        spans = Spans(cubic, start, end, weight)
+        both, index = np.unique(piece * len(self.pair) + cubic, return_inverse=True)
+        segment = both % max(len(self.pair), 1)
+        return Pieces(
+            self.pair[cubic[first]],
+            np.bincount(piece, areas(self.curves, spans), len(first)),
+            segment,
+            both // max(len(self.pair), 1),
+            swept(self.curves[..., segment], index, weighted_powers(start, end, weight)),
+        )
 
     def spans_of(self, pair: int, layer: int) -> Spans:
         """The parts of one shape of a pair that bound the common area, by the shape's segments."""
@@ -115,6 +157,20 @@ def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
     area = np.bincount(pair[spans.cubic], areas(curves, spans), len(pairs))
     # Nothing but rounding is below zero.
     return Common(np.maximum(area, 0.0), pair, layer_of, index_of, curves, origin, spans)
+
+
+def _clusters(group: IntArray, low: Array, high: Array) -> IntArray:
+    """The number of the run of overlapping intervals of the same group to which each belongs."""
+    if not len(group):
+        return group
+    # One group lies to the right of the one before.
+    shift = group * (1 + high.max() - low.min())
+    order = np.argsort(low + shift, kind="stable")
+    reached = np.maximum.accumulate((high + shift)[order])
+    opens = np.append(True, (low + shift)[order][1:] > reached[:-1] + CLOSED)
+    number = np.empty_like(group)
+    number[order] = np.cumsum(opens) - 1
+    return number
 
 
 def _joined(columns: list[IntArray]) -> IntArray:

@@ -15,24 +15,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..arrays import Array
-from ..energy import Derivative, Solution, StayClose, Term
+from ..energy import Solution, StayClose, Term
 from ..energy.descent import Descent, descend
 from ..energy.solve import solution_of
 from ..energy.tied import Ties, energy_of
 from ..outline.monotone import evaluate
 from ..solver.problem import Tolerances
 from ..text import Text
-from ..text.place import AXES
-from .collisions import Collisions, collisions
+from .collisions import Collisions
 from .no_overlap import NoOverlap
 from .overlaps import TOUCH
-from .shape import letters, read_obstacles
 from .swept import PASSING, free_part
+from .walls import Room, Walls
 
-WALL = 1e4
-"""Weight of the inequalities against terms of weight 1, such as a target."""
-STEPS = 8
-"""Most steps of the solver under one set of inequalities."""
 ROUNDS = 3
 """Most times that the inequalities are found again."""
 SUBSTEP, SUBSTEPS = 40.0, 3
@@ -41,8 +36,6 @@ LESS = 1e-2
 """A further substep is tried if one lowers the cost by this part of it."""
 CALM = 0.02
 """Ems: a substep moves an axis over its range only if the distance to a goal falls by more."""
-CLEAR = 0.01
-"""Font units that stay between two shapes that have met."""
 NOWHERE = np.zeros((0, 2))
 TOLERANCES = Tolerances(step=1e-5, absolute_cost=1e-2, cost_floor=1e-4)
 """In normalized coordinates, and in square font units."""
@@ -111,24 +104,6 @@ def follow(
     return Followed(solution_of(way.wish, way.ended(x, direct)), np.concatenate(contacts))
 
 
-@dataclass(frozen=True)
-class Walls(Term):
-    """Linear inequalities: how far each is violated, in font units."""
-
-    slopes: Array
-    offsets: Array
-    weight: float = WALL
-
-    def residual(self, points: Array, theta: Array) -> Array:
-        """max(0, slopes · Θ + offsets), (c,)."""
-        return np.maximum(self.slopes @ theta.ravel() + self.offsets, 0.0)
-
-    def derivative(self, points: Array, theta: Array) -> Derivative:
-        """The slopes of the inequalities that are violated."""
-        violated = self.residual(points, theta) > 0
-        return Derivative(theta=(violated[:, None] * self.slopes).reshape(-1, *theta.shape))
-
-
 class _Way:
     """The energy of a drag, and what is free on the way."""
 
@@ -140,12 +115,13 @@ class _Way:
         locks: Collection[str],
         ties: Ties,
     ) -> None:
-        self.text, self.terms, self.locks, self.ties = text, terms, locks, ties
-        self.obstacles, self.between = read_obstacles(keep.obstacles), keep.between_glyphs
+        self.text, self.terms, self.keep = text, terms, keep
+        self.locks, self.ties = locks, ties
         self.points = text.point_set()
         self.wish = energy_of(text, terms, locks=locks, ties=ties)
+        self.room = Room(self.wish, keep)
         self.start = self.wish.unknowns.start
-        self.limit = max(float(self.found(self.start).common.area.sum()), TOUCH)
+        self.limit = max(self.room.look(self.start).area, TOUCH)
 
     def place(self, x: Array) -> dict[str, Array]:
         """All blocks of the text at a state."""
@@ -154,33 +130,29 @@ class _Way:
     def free(self, x: Array, end: Array, allowed: float) -> float:
         """The part of the way between two states that is free."""
         here = self.text.moved_to(self.place(x))
-        return free_part(here, self.place(end), self.obstacles, self.between, allowed)
+        shapes, between = self.room.keep.shapes, self.room.keep.between_glyphs
+        return free_part(here, self.place(end), shapes, between, allowed)
 
     def is_clear(self, x: Array, end: Array) -> bool:
         """Whether a state is free, and the way from x to it."""
-        return self.free(x, end, PASSING) == 1.0 and self.is_free(self.found(end))
-
-    def is_free(self, found: Collisions) -> bool:
-        """Whether nothing overlaps, or no more than at the start."""
-        return bool(found.common.area.sum() <= self.limit)
+        return self.free(x, end, PASSING) == 1.0 and self.room.look(end).area <= self.limit
 
     def slide(self, x: Array, goal: Array) -> tuple[Array, Array]:
         """One substep from x towards a goal, along what is in the way; and the contacts (c, 2)."""
         here = self.text.moved_to(self.place(x))
-        calm: list[Term] = [StayClose((CALM * self.text.font.units_per_em) ** 2, here.theta)]
-        walls: list[Term] = []
-        contacts = [NOWHERE]
+        calm = StayClose((CALM * self.text.font.units_per_em) ** 2, here.theta)
+        terms = [*self.terms, calm]
+        room = Room(energy_of(self.text, terms, locks=self.locks, ties=self.ties), self.keep)
+        walls, contacts = list[Walls](), [NOWHERE]
         for _ in range(ROUNDS):
             goal = self.nearby(x, goal)
             reached = x + self.free(x, goal, PASSING) * (goal - x)
-            found = self.found(reached)
-            if (reached == goal).all() and self.is_free(found):
+            look = room.look(reached)
+            if (reached == goal).all() and look.area <= self.limit:
                 return goal, np.concatenate(contacts)
-            contacts.append(middles(found))
-            walls.append(self.walls(reached, found))
-            wanted = [*self.terms, *calm, *walls]
-            energy = energy_of(self.text, wanted, locks=self.locks, ties=self.ties)
-            goal = descend(energy, reached, TOLERANCES, STEPS).state.x
+            contacts.append(middles(look.found))
+            goal, found = room.step(look, walls)
+            walls.append(found)
         goal = self.nearby(x, goal)
         return x + self.free(x, goal, TOUCH) * (goal - x), np.concatenate(contacts)
 
@@ -189,27 +161,6 @@ class _Way:
         points = [self.points.positions(self.place(state)) for state in (x, goal)]
         most = float(np.hypot(*(points[1] - points[0]).T).max(initial=0.0))
         return goal if most <= SUBSTEP else x + SUBSTEP / most * (goal - x)
-
-    def found(self, x: Array) -> Collisions:
-        """The pairs that may overlap, and their common areas."""
-        own = letters(self.text, self.points.positions(self.place(x)))
-        return collisions(own, self.obstacles, self.between)
-
-    def walls(self, x: Array, found: Collisions) -> Walls:
-        """An inequality for each pair that overlaps at x: the linearised depth is at most 0."""
-        word = self.text.word
-        counts = [sum(glyph.contours) for glyph in self.text.glyphs]
-        gradient = found.by_pair(word.contours, np.cumsum([0, *counts[:-1]]))
-        first = self.points.letter == found.pairs[:, :1]
-        length = np.hypot(*(gradient * first[..., None]).sum(1).T)
-        deep = np.flatnonzero((found.common.area > TOUCH) & (length > 0))
-        moves = self.points.positions_and_jacobian(self.place(x))[1]
-        by_theta = gradient[deep].reshape(len(deep), gradient[0].size) @ moves.reshape(
-            gradient[0].size, -1
-        )
-        slopes = by_theta / length[deep, None]
-        depths = found.common.area[deep] / length[deep] + CLEAR
-        return Walls(slopes, depths - slopes @ self.place(x)[AXES].ravel())
 
     def cost(self, x: Array) -> float:
         """The cost of the terms."""

@@ -84,6 +84,11 @@ class NoOverlap(Term):
             raise OverlapError("NoOverlap needs obstacles, or between_glyphs=True.")
         return replace(self, _shapes=shapes, _text=text)
 
+    @property
+    def shapes(self) -> tuple[Shape, ...]:
+        """The obstacles, once the term is bound to a text."""
+        return self._shapes
+
     def points(self, text: Text) -> PointSet:
         """All control points."""
         return text.point_set()

@@ -17,24 +17,33 @@ from ..energy.energy import Energy
 from ..energy.solve import ends_reached, solution_of
 from ..errors import SolveError
 from ..solver.problem import Tolerances, is_count, is_number
+from ..solver.status import CONVERGED, Outcome
 from ..text import Text
 from .no_overlap import NoOverlap
-from .overlaps import overlaps
+from .walls import Look, Room, Walls
 
+FREE = Outcome(CONVERGED, "nothing overlaps")
+BLOCKED = Outcome(CONVERGED, "no state was found at which nothing overlaps")
 FREE_AREA = 1e-3
 """Square font units: a state with a smaller common area is free."""
-PUSH, PULL = (1.0, 1e-6), (100.0, 100.0)
-"""Weights of the area, and of the distance from the user's state, in the two energies."""
-ROUNDS, ENOUGH = 3, 0.99
-"""Most searches for a nearer state. They end when one keeps more than this part of the distance."""
+TRIES, TIGHTENED = 8, 5
+"""Steps that do not halve the common area, before a search ends; and further steps after it has
+found a free state."""
+ENOUGH = 0.99
+"""A search ends when a free state keeps more than this part of the distance of the last one."""
+SLACK = 0.01
+"""If nothing is free: states whose area is larger than the least by this part are as good."""
+NEAREST, PUSHED = 1.0, 1e-6
+"""Weights of the distance from the user's state: in a search along inequalities, and in a descent
+of the common area, in square font units."""
 MOST_STEPS = 60
-"""Steps of a descent."""
-BACK = 10
-"""Halvings of the way from a free state back to the user's state."""
-INSIDE = 0.02
-"""Part of that way from which the boundary of the free states is followed."""
+"""Steps of a descent of the common area."""
+BACK = 0.01
+"""The way back to the user's state is halved down to this part of it."""
+STILL = 1e-6
+"""A search ends at a step that is shorter, in normalized coordinates."""
 TOLERANCES = Tolerances(step=1e-5, absolute_cost=1e-4, cost_floor=1e-5)
-"""Of a descent: in normalized coordinates, and in square font units."""
+"""Of a descent of the common area: in normalized coordinates, and in square font units."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -88,8 +97,8 @@ def resolve_overlaps(
     locks : collection of str
         Tags of axes that keep their values.
     restarts : int
-        Number of other places from which free states are searched as well. The nearest state is
-        the result. Default 5.
+        If no free state is found from the user's state, the search is repeated from this many
+        other places. The nearest state is the result. Default 5.
     seconds : float, optional
         Restarts end after this time. Default: no limit, so that a result can be repeated exactly.
 
@@ -106,9 +115,14 @@ def resolve_overlaps(
 
     Notes
     -----
-    Two energies are minimised. One is the common area alone, and leads to a free state. The other
-    adds the distance from the user's state, and leads along the boundary of the free states to
-    the nearest of them. The first is also minimised from other places.
+    Where shapes overlap, their common area is linearised, which gives one inequality for each
+    pair. The state nearest to the user's that obeys them is the next one to look at. Once a state
+    is free, the search goes on from just beyond the boundary of the free states. If this finds no
+    free state, the common area itself is minimised, from the user's state and from others, and
+    the search is repeated from there.
+
+    If nothing is free, the result is the nearest state whose common area is within 1 % of the
+    least that was found.
 
     Examples
     --------
@@ -129,14 +143,15 @@ def resolve_overlaps(
     until = math.inf if seconds is None else time.perf_counter() + seconds
     keep = NoOverlap(obstacles, between_glyphs, gap, method=method)
     search = _Search(text, keep, terms, locks)
-    if search.is_free(search.start):
+    if search.excess(search.start) <= FREE_AREA:
         return search.resolution(search.start)
-    best = search.nearer(search.pulled(search.start), search.pushed(search.start))
-    for x in search.other_places(restarts):
-        if time.perf_counter() > until:
-            break
-        best = search.nearer(best, search.pushed(x))
-    return search.resolution(search.least if best is None else search.nearest(best))
+    best = search.near(search.start)
+    if best is None:
+        for x in [search.start, *search.other_places(restarts)]:
+            best = search.nearer(best, search.near(search.pushed(x)))
+            if time.perf_counter() > until:
+                break
+    return search.resolution(search.least() if best is None else best)
 
 
 class _Search:
@@ -145,42 +160,48 @@ class _Search:
     def __init__(
         self, text: Text, keep: NoOverlap, terms: Sequence[Term], locks: Collection[str]
     ) -> None:
-        self.text, self.keep = text, keep
-        self.push, self.pull = (
-            Energy(text, [replace(keep, weight=area), StayClose(near), *terms], locks=locks)
-            for area, near in (PUSH, PULL)
-        )
+        self.text = text
+        self.push = Energy(text, [keep, StayClose(PUSHED), *terms], locks=locks)
+        self.room = Room(Energy(text, [StayClose(NEAREST), *terms], locks=locks), keep)
         self.start = self.push.unknowns.start
-        self.least = self.start
-
-    def excess(self, x: Array) -> float:
-        """The common area at x, in square font units, with the squares of gaps not kept."""
-        if self.push.moves:
-            self.push.renew(x)
-        return self.push.results(x)[0].cost
+        self.ends: list[Look] = []
+        self.steps = 0
 
     def distance(self, x: Array) -> float:
         """How far x is from the user's state, in normalized coordinates."""
         return float(np.linalg.norm(x - self.start))
 
-    def moved(self, energy: Energy, x: Array) -> Array:
-        """Where a descent from x ends."""
-        return descend(energy, x, TOLERANCES, MOST_STEPS).state.x
+    def excess(self, x: Array) -> float:
+        """The common area at x, in square font units, with the squares of gaps not kept."""
+        return self.room.look(x).excess
 
-    def is_free(self, x: Array) -> bool:
-        """Whether nothing overlaps at x."""
-        return self.excess(x) <= FREE_AREA
+    def near(self, x: Array) -> Array | None:
+        """The nearest free state that is found from x, along inequalities; or None."""
+        best, walls, left, least = None, list[Walls](), TRIES, math.inf
+        while left > 0:
+            look = self.room.look(x)
+            if look.excess > least / 2:
+                left -= 1
+            least = min(least, look.excess)
+            if look.excess <= FREE_AREA:
+                if best is not None and self.distance(x) > ENOUGH * self.distance(best):
+                    return self.nearer(best, x)
+                best, look = self.back(x, FREE_AREA)
+                walls, left = [], min(left, TIGHTENED)
+            x, found = self.room.step(look, walls)
+            walls.append(found)
+            self.steps += 1
+            if abs(x - look.x).max() <= STILL:
+                break
+        self.ends.append(look)
+        return best
 
-    def pushed(self, x: Array) -> Array | None:
-        """A free state that is reached from x, moved back towards the user's; or None."""
-        x = self.moved(self.push, x)
-        if self.excess(x) <= self.excess(self.least):
-            self.least = x
-        return self.back(x) if self.is_free(x) else None
-
-    def pulled(self, x: Array) -> Array | None:
-        """A free state near to the user's, reached from x by way of the least total energy."""
-        return self.pushed(self.moved(self.pull, x))
+    def pushed(self, x: Array) -> Array:
+        """Where a descent of the common area from x ends."""
+        found = descend(self.push, x, TOLERANCES, MOST_STEPS)
+        self.steps += found.iterations
+        self.ends.append(self.room.look(found.state.x))
+        return found.state.x
 
     def nearer(self, one: Array | None, other: Array | None) -> Array | None:
         """The one of two states that is nearer to the user's; None stands for no state."""
@@ -194,34 +215,43 @@ class _Search:
         for _ in range(count):
             yield chance.uniform(self.push.lower, self.push.upper)
 
-    def nearest(self, x: Array) -> Array:
-        """The nearest free state that is found from a free state x."""
-        for _ in range(ROUNDS):
-            other = self.pulled(x + INSIDE * (self.start - x))
-            if other is None or self.distance(other) > ENOUGH * self.distance(x):
-                break
-            x = other
-        return x
+    def back(self, x: Array, limit: float) -> tuple[Array, Look]:
+        """The last state on the way from x to the user's state before the excess passes a limit.
 
-    def back(self, x: Array) -> Array:
-        """The last free state on the way from a free state x to the user's state."""
-        low, high = 0.0, 1.0
-        for _ in range(BACK):
-            middle = (low + high) / 2
-            if self.is_free(x + middle * (self.start - x)):
-                low = middle
+        The second value is a look at a state just beyond.
+        """
+        low, high = 0.0, BACK
+        beyond = self.look_between(x, high)
+        while high < 1 and beyond.excess <= limit:
+            low, high = high, min(2 * high, 1.0)
+            beyond = self.look_between(x, high)
+        while high - low > BACK:
+            middle = self.look_between(x, (low + high) / 2)
+            if middle.excess <= limit:
+                low = (low + high) / 2
             else:
-                high = middle
-        return x + low * (self.start - x)
+                high, beyond = (low + high) / 2, middle
+        return x + low * (self.start - x), beyond
+
+    def look_between(self, x: Array, part: float) -> Look:
+        """What overlaps at a part of the way from x to the user's state."""
+        return self.room.look(x + part * (self.start - x))
+
+    def least(self) -> Array:
+        """If nothing is free: the nearest state of those with about the least excess."""
+        ends = [self.room.look(self.start), *self.ends]
+        limit = (1 + SLACK) * min(look.excess for look in ends)
+        x = min((look.x for look in ends if look.excess <= limit), key=self.distance)
+        return self.back(x, limit)[0] if self.distance(x) > 0 else x
 
     def resolution(self, x: Array) -> Resolution:
         """The state x as a result."""
-        energy = self.push
-        found = solution_of(energy, descend(energy, x, TOLERANCES, MOST_STEPS))
-        left = overlaps(found.text, self.keep.obstacles)
-        area = sum(o.area for o in left if o.obstacle or self.keep.between_glyphs)
+        look = self.room.look(x)
         # Planes may be met while a sliver is left between their points.
-        free = self.is_free(x) and area <= FREE_AREA
+        free = look.excess <= FREE_AREA and look.area <= FREE_AREA
+        ended = descend(self.push, x, TOLERANCES, 0)
+        state = replace(ended.state, outcome=FREE if free else BLOCKED)
+        found = solution_of(self.push, replace(ended, state=state, earlier=self.steps))
         values = {field.name: getattr(found, field.name) for field in fields(found)}
         blocked = () if free else tuple(ends_reached(self.text, found.active))
-        return Resolution(**values, area=area, free=free, blocked_by=blocked)
+        return Resolution(**values, area=look.area, free=free, blocked_by=blocked)
