@@ -107,6 +107,32 @@ def test_what_cannot_be_resolved():
     assert solution.blocked_by and all("imum" in bound for bound in solution.blocked_by)
 
 
+def test_the_nearest_state_is_found_where_nothing_is_free():
+    # Making the letter smaller gains much; what gains a hair more is not worth a leap.
+    text = vf.Text("roboto-flex", "o", axes={"wght": 700})
+    solution = vf.resolve_overlaps(text, [HUGE])
+    assert not solution.free and solution.status == "unreachable"
+    assert solution.iterations > 0
+    again = vf.resolve_overlaps(solution.text, [HUGE])
+    assert float((again.theta - solution.theta).norm()) < 0.1
+    assert again.area >= 0.97 * solution.area
+
+
+def test_nothing_moves_where_nothing_is_gained():
+    text = vf.Text("recursive", "H")
+    locks = [axis.tag for axis in text.font.axes if axis.tag != "CRSV"]
+    solution = vf.resolve_overlaps(text, [HUGE], locks=locks)
+    assert not solution.free
+    np.testing.assert_array_equal(solution.theta, text.theta)
+
+
+def test_an_axis_leaves_its_kink_to_the_better_side():
+    # The default is a kink of every axis, and the end of the slant's range.
+    solution = vf.resolve_overlaps(pushed_together())
+    assert solution.free
+    assert float(solution.theta.norm()) < 0.11
+
+
 @pytest.mark.parametrize("case", list(cases(6)), ids=lambda case: case.kind)
 def test_cases_with_a_witness(case):
     solution = vf.resolve_overlaps(case.text, case.obstacles)

@@ -14,6 +14,7 @@ from ..arrays import Array
 from ..energy import Solution, StayClose, Term
 from ..energy.descent import descend
 from ..energy.energy import Energy
+from ..energy.solution import UNREACHABLE
 from ..energy.solve import ends_reached, solution_of
 from ..errors import SolveError
 from ..solver.problem import Tolerances, is_count, is_number
@@ -22,8 +23,7 @@ from ..text import Text
 from .no_overlap import NoOverlap
 from .walls import Look, Room, Walls
 
-FREE = Outcome(CONVERGED, "nothing overlaps")
-BLOCKED = Outcome(CONVERGED, "no state was found at which nothing overlaps")
+SEARCHED = Outcome(CONVERGED, "the search for the nearest free state has ended")
 FREE_AREA = 1e-3
 """Square font units: a state with a smaller common area is free."""
 TRIES, TIGHTENED = 8, 5
@@ -250,8 +250,11 @@ class _Search:
         # Planes may be met while a sliver is left between their points.
         free = look.excess <= FREE_AREA and look.area <= FREE_AREA
         ended = descend(self.push, x, TOLERANCES, 0)
-        state = replace(ended.state, outcome=FREE if free else BLOCKED)
+        state = replace(ended.state, outcome=SEARCHED)
         found = solution_of(self.push, replace(ended, state=state, earlier=self.steps))
         values = {field.name: getattr(found, field.name) for field in fields(found)}
         blocked = () if free else tuple(ends_reached(self.text, found.active))
+        if not free:
+            left = f"{look.area:.3g} square font units overlap, and no free state was found"
+            values |= {"status": UNREACHABLE, "message": "; ".join([left, *blocked])}
         return Resolution(**values, area=look.area, free=free, blocked_by=blocked)
