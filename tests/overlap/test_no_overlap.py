@@ -109,11 +109,11 @@ def test_what_cannot_be_resolved():
 
 def test_the_nearest_state_is_found_where_nothing_is_free():
     # Making the letter smaller gains much; what gains a hair more is not worth a leap.
-    text = vf.Text("roboto-flex", "o", axes={"wght": 700})
-    solution = vf.resolve_overlaps(text, [HUGE])
+    text = vf.Text("dynapuff", "o", axes={"wght": 600})
+    solution = vf.resolve_overlaps(text, [HUGE], restarts=2)
     assert not solution.free and solution.status == "unreachable"
     assert solution.iterations > 0
-    again = vf.resolve_overlaps(solution.text, [HUGE])
+    again = vf.resolve_overlaps(solution.text, [HUGE], restarts=2)
     assert float((again.theta - solution.theta).norm()) < 0.1
     assert again.area >= 0.97 * solution.area
 

@@ -21,11 +21,13 @@ from ..solver.problem import Tolerances, is_count, is_number
 from ..solver.status import CONVERGED, Outcome
 from ..text import Text
 from .no_overlap import NoOverlap
+from .overlaps import TOUCH
 from .walls import Look, Room, Walls
 
 SEARCHED = Outcome(CONVERGED, "the search for the nearest free state has ended")
 FREE_AREA = 1e-3
-"""Square font units: a state with a smaller common area is free."""
+"""Square font units: a state with a smaller common area is called free, although a search
+looks for states whose shapes touch at most."""
 TRIES, TIGHTENED = 8, 5
 """Steps that do not halve the common area, before a search ends; and further steps after it has
 found a free state."""
@@ -143,7 +145,7 @@ def resolve_overlaps(
     until = math.inf if seconds is None else time.perf_counter() + seconds
     keep = NoOverlap(obstacles, between_glyphs, gap, method=method)
     search = _Search(text, keep, terms, locks)
-    if search.excess(search.start) <= FREE_AREA:
+    if search.excess(search.start) <= TOUCH:
         return search.resolution(search.start)
     best = search.near(search.start)
     if best is None:
@@ -183,10 +185,10 @@ class _Search:
             if look.excess > least / 2:
                 left -= 1
             least = min(least, look.excess)
-            if look.excess <= FREE_AREA:
+            if look.excess <= TOUCH:
                 if best is not None and self.distance(x) > ENOUGH * self.distance(best):
                     return self.nearer(best, x)
-                best, look = self.back(x, FREE_AREA)
+                best, look = self.back(x, TOUCH)
                 walls, left = [], min(left, TIGHTENED)
             x, found = self.room.step(look, walls)
             walls.append(found)
