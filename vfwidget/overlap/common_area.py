@@ -87,7 +87,7 @@ class Common(NamedTuple):
         segment = both % max(len(self.pair), 1)
         return Pieces(
             self.pair[cubic[first]],
-            np.bincount(piece, areas(self.curves, spans), len(first)),
+            np.bincount(piece, areas(self.curves, spans), len(first)).astype(np.float64),
             segment,
             both // max(len(self.pair), 1),
             swept(self.curves[..., segment], index, weighted_powers(start, end, weight)),

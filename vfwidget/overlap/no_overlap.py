@@ -66,7 +66,7 @@ class NoOverlap(Term):
         """Whether there are planes, which have to be found again after every step."""
         return self.gap > 0 or self.method == "planes"
 
-    def bind(self, text: Text) -> Term:
+    def bind(self, text: Text) -> NoOverlap:
         """The term with its obstacles as shapes."""
         super().bind(text)
         if not isinstance(self.between_glyphs, bool | np.bool_):

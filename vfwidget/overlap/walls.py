@@ -90,7 +90,7 @@ class Room:
 
     def __init__(self, energy: Energy, keep: NoOverlap) -> None:
         self.energy, self.text = energy, energy.text
-        self.keep = keep.bind(self.text)
+        self.keep: NoOverlap = keep.bind(self.text)
         self.points = self.text.point_set()
         counts = [sum(glyph.contours) for glyph in self.text.glyphs]
         self.starts = np.cumsum([0, *counts[:-1]])
@@ -151,7 +151,7 @@ class Room:
             own = self.points.letter == found.pairs[pair, :1]
             length = np.hypot(*np.moveaxis(gradient * own[..., None], -1, 0)).sum(1)
             deep = np.flatnonzero((area > TOUCH) & (length > 0))
-            numbers = found.pairs @ [len(self.starts) + len(self.keep.shapes), 1]
+            numbers = found.pairs @ np.array([len(self.starts) + len(self.keep.shapes), 1])
             pairs.append((numbers + found.obstacle * len(self.starts))[pair[deep]])
             depths.append(DEPTH * area[deep] / length[deep])
             gradients.append(gradient[deep] / length[deep, None, None])
@@ -200,11 +200,15 @@ class Room:
 
 def latest(looks: Sequence[Walls]) -> Walls:
     """The inequalities of each pair from the last few looks at which it overlapped."""
-    kept, seen = [], dict[int, int]()
+    kept, seen = list[Walls](), dict[int, int]()
     for walls in reversed(looks):
         fresh = {pair for pair in walls.pair.tolist() if seen.get(pair, 0) < LATEST}
         for pair in fresh:
             seen[pair] = seen.get(pair, 0) + 1
         mask = np.isin(walls.pair, list(fresh))
-        kept.append(Walls(*(values[mask] for values in walls)))
-    return Walls(*(np.concatenate(values) for values in zip(*kept, strict=True)))
+        kept.append(Walls(walls.pair[mask], walls.slopes[mask], walls.offsets[mask]))
+    return Walls(
+        np.concatenate([walls.pair for walls in kept]),
+        np.concatenate([walls.slopes for walls in kept]),
+        np.concatenate([walls.offsets for walls in kept]),
+    )
