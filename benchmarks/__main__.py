@@ -22,6 +22,7 @@ NAMES = (
     "recovery",
     "fit",
     "catalogue",
+    "loading",
 )
 
 

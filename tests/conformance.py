@@ -11,6 +11,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from itertools import islice, product
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from referee import F2DOT14, HarfBuzz, outline_error
 from rendering_cases import CASES, TOLERANCE, differences
 
 import vfwidget as vf
+from vfwidget.font.source import open_font
 from vfwidget.outline.composed import Composed
 from vfwidget.outline.varying import Varying
 
@@ -80,6 +82,8 @@ MADE_UP = {
     "flat_colours": "COLR 0",
 }
 """Functions of ``formats`` that build a font, and the feature that each stands for."""
+CJK = "manimgx_fonts_cjk"
+"""A package that holds Noto Sans CJK; its font is compared where the package is installed."""
 
 
 def sources() -> Iterator[tuple[str, str, Callable[[], bytes]]]:
@@ -95,6 +99,10 @@ def sources() -> Iterator[tuple[str, str, Callable[[], bytes]]]:
         )
     for name, covers in MADE_UP.items():
         yield name, covers, getattr(formats, name)
+    package = find_spec(CJK)
+    if package and package.origin:
+        collection = Path(package.origin).parent / "NotoSansCJK-VF.otf.ttc"
+        yield "NotoSansCJK-VF", "CFF2, collection, 65,535 glyphs", collection.read_bytes
     for folder, covers in ("formats", "public test suites"), ("trt-fonts", "text-rendering-tests"):
         for path in sorted((formats.CONFORMANCE / folder).glob("*.[ot]tf")):
             yield path.stem, covers, path.read_bytes
@@ -154,7 +162,7 @@ def compare(name: str, covers: str, data: bytes, glyphs: int, count: int = 10**6
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", vf.FontWarning)
         font = vf.load_font(data, static=True)
-        referee = HarfBuzz(fonts.open_font(data))
+        referee = HarfBuzz(open_font(data))
         row = Row(name, covers)
         row.tolerance *= max(1.0, font.units_per_em / 2048)
         if not font.axes:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import torch
 from fontTools.pens.recordingPen import DecomposingRecordingPen
+from fontTools.ttLib.tables.DefaultTable import DefaultTable
 from referee import HarfBuzz, locations
 
 import vfwidget as vf
@@ -110,3 +111,14 @@ def test_an_index_that_leads_nowhere_is_refused():
     font = vf.load_font(formats.varc_font({"c": [part]}))
     with pytest.raises(vf.FontError, match="VARC table is damaged: an index leads to no deltas"):
         font.glyph("c")
+
+
+def test_a_table_of_an_older_draft_is_named():
+    def cut(builder):
+        # The public test fonts of the format's drafts end before what fontTools expects.
+        data = builder.font["VARC"].compile(builder.font)
+        builder.font["VARC"] = table = DefaultTable("VARC")
+        table.data = data[:40]
+
+    with pytest.raises(vf.FontError, match=r"The VARC table is damaged, or follows an older draft"):
+        vf.load_font(formats.varc(cut))

@@ -158,6 +158,24 @@ def test_marks_without_anchors_stand_over_the_letter() -> None:
         assert difference(text.at(theta=w), setter.line("a\u0301", w)) < 1.5
 
 
+def test_a_mark_without_a_base_stands_ahead_of_the_pen_where_the_font_has_no_anchors() -> None:
+    glyphs = {"a": fonts.outline(fonts.SQUARE), "mark": fonts.outline(fonts.SQUARE)}
+    wider = [*[(0, 0)] * 4, (0, 0), (80, 0), (0, 0), (0, 0)]
+
+    def edit(builder) -> None:
+        builder.setupCharacterMap({ord("a"): "a", 0x301: "mark"})
+
+    data = fonts.build(glyphs, {"mark": [(fonts.BOLD, wider)]}, edit=edit)
+    for string in "\u0301", "\u0301a", "a\n\u0301aa":
+        text, setter = vf.Text(data, string), Typesetter(fonts.open_font(data))
+        for w in locations(text.font, 6):
+            records = text.at(theta=w).layout
+            line = setter.line(string.rpartition("\n")[2], w)
+            found = [(r.x, r.advance) for r in records][-len(line) :]
+            assert found == [(pytest.approx(x, abs=0.6), pytest.approx(d, abs=0.6))
+                             for *_, x, _, d in line]  # fmt: skip
+
+
 # Lines, tracking and width
 
 

@@ -16,6 +16,7 @@ from ..errors import FontWarning, warn_caller
 from ..outline.composed import Displaced
 from ..outline.variation import merge_regions
 from ..outline.varying import Affine
+from .source import damage
 from .varstore import VariationStore
 
 F2DOT14 = 16384
@@ -40,6 +41,7 @@ def read_segment_maps(font: TTFont, tags: Sequence[str]) -> list[SegmentMap]:
     return [_valid(tag, pairs) for tag, pairs in zip(tags, maps, strict=False)]
 
 
+@damage("The avar table is damaged")
 def read_displacement(font: TTFont, axis_count: int) -> Displaced | None:
     """The map of normalized coordinates to final ones that avar 2 adds to the segment maps.
 

@@ -20,6 +20,7 @@ from ..arrays import Array, is_tensor
 from ..errors import AxisError, FontError, warn_clamped
 from . import names
 from .avar import IDENTITY_MAP, SegmentMap, read_segment_maps
+from .source import damage
 
 
 @dataclass(frozen=True)
@@ -115,6 +116,7 @@ class NamedInstance:
     axes: dict[str, float]
 
 
+@damage("The fvar, avar or name table is damaged")
 def read_axes(font: TTFont) -> tuple[Axis, ...]:
     """The axes of ``fvar`` with the segment maps of ``avar``; none for a static font.
 
@@ -145,6 +147,7 @@ def read_axes(font: TTFont) -> tuple[Axis, ...]:
     return tuple(axes)
 
 
+@damage("The fvar or name table is damaged")
 def read_instances(font: TTFont) -> tuple[NamedInstance, ...]:
     """The named instances of ``fvar``, in the font's order."""
     records = font["fvar"].instances if "fvar" in font else []

@@ -47,13 +47,20 @@ class GlyphReader:
                 "Load a font with outlines; bitmaps and SVG pictures cannot vary."
             )
         self._font = font
-        self._outlines = OUTLINE_TABLES[tag](font, axis_count)
-        self._composites = (
-            VarcReader(font, axis_count, self._outlines.read) if "VARC" in font else None
-        )
-        self._widths = Advances(font, axis_count)
+        with damage(f"The {tag.strip()} table, or a table that it needs, is damaged"):
+            self._outlines = OUTLINE_TABLES[tag](font, axis_count)
+        with damage(
+            "The VARC table is damaged, or follows an older draft of the format; use a newer build "
+            "of the font"
+        ):
+            self._composites = (
+                VarcReader(font, axis_count, self._outlines.read) if "VARC" in font else None
+            )
+        with damage("The hmtx or HVAR table is damaged"):
+            self._widths = Advances(font, axis_count)
         vertical = "vmtx" in font or "VMTX" in font
-        self._heights = Advances(font, axis_count, vertical=True) if vertical else None
+        with damage("The vmtx or VVAR table is damaged"):
+            self._heights = Advances(font, axis_count, vertical=True) if vertical else None
         with damage("The COLR table is damaged"):
             self._colours = ColourReader(font, axis_count, self.read) if "COLR" in font else None
 

@@ -10,6 +10,7 @@ The VARC table: github.com/harfbuzz/boring-expansion-spec, "VARC".
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,12 +23,31 @@ from ..outline.composed import Composed, Coordinates, Displaced
 from ..outline.conditions import AllOf, At, Condition, InRange, Not, Positive
 from ..outline.placed import Joined, Placed, Replaced, Shown, Transformation
 from ..outline.varying import Affine, Varying, constant
-from .glyf import MAX_COMPONENT_DEPTH, MAX_COMPONENTS
+from .cache import GlyphCache
+from .glyf import COMPONENTS_KEPT, MAX_COMPONENT_DEPTH, MAX_COMPONENTS
 from .unpacked import Unpacked
 from .varstore import NO_VARIATION
 
 F2DOT14 = 16384
 ANGLES = ("rotation", "skewX", "skewY")
+RADIANS = np.array([np.pi / 180 if name in ANGLES else 1.0 for name in VAR_TRANSFORM_MAPPING])
+"""What 1 is, as the file states each number of a transformation; angles are in degrees there."""
+UNITS = np.array([[p.scale / (1 << p.fractionalBits)] for p in VAR_TRANSFORM_MAPPING.values()])
+UNITS *= RADIANS[:, None]
+"""What a delta of 1 adds to each number of a transformation, (9, 1)."""
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """The outline of a component that is not composed itself, and the segments of its contours."""
+
+    outline: Affine
+    contours: tuple[int, ...]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the arrays, in bytes."""
+        return self.outline.nbytes
 
 
 class VarcReader:
@@ -43,6 +63,7 @@ class VarcReader:
 
     def __init__(self, font: TTFont, axis_count: int, read: Callable[[str], Unpacked]) -> None:
         self._table, self._axis_count, self._read = font["VARC"].table, axis_count, read
+        self._leaves: GlyphCache[Leaf] = GlyphCache(COMPONENTS_KEPT)
         self._index = {name: i for i, name in enumerate(self._table.Coverage.glyphs)}
         store = self._table.MultiVarStore
         self._data = store.MultiVarData if store else []
@@ -76,11 +97,16 @@ class VarcReader:
         records: list[Any] = self._table.VarCompositeGlyphs.VarCompositeGlyph
         return list(records[self._index[name]].components)
 
-    def leaf(self, name: str) -> tuple[Affine, list[int]]:
-        """The outline that a glyph has in glyf or CFF2, and its contours."""
-        drawn = self._read(name)
-        deltas = np.moveaxis(drawn.points[1:], 0, -1)
-        return Affine(drawn.points[0], deltas, drawn.support), list(drawn.contours)
+    def leaf(self, name: str) -> Leaf:
+        """The outline that a glyph has in glyf or CFF2; many glyphs may have it as a component."""
+        leaf = self._leaves.get(name)
+        if leaf is None:
+            drawn = self._read(name)
+            deltas = np.moveaxis(drawn.points[1:], 0, -1)
+            outline = Affine(drawn.points[0], deltas, drawn.support)
+            leaf = Leaf(outline, tuple(drawn.contours))
+            self._leaves.add(name, leaf)
+        return leaf
 
     def coordinates(self, component: Any, here: Coordinates, font: Coordinates) -> Coordinates:
         """Where a component's glyph is drawn: the axis values it states replace those around it."""
@@ -98,15 +124,12 @@ class VarcReader:
     def transformation(self, component: Any, here: Coordinates) -> Varying:
         """How a component is placed, as a matrix (2, 3)."""
         stated = [bool(component.flags & part.flag) for part in VAR_TRANSFORM_MAPPING.values()]
-        base, units = np.zeros(9), np.zeros(9)
-        for i, (name, part) in enumerate(VAR_TRANSFORM_MAPPING.items()):
-            radians = np.pi / 180 if name in ANGLES else 1.0
-            base[i] = getattr(component.transform, name) * radians
-            units[i] = part.scale / (1 << part.fractionalBits) * radians
+        transform = component.transform
+        base = RADIANS * [getattr(transform, name) for name in VAR_TRANSFORM_MAPPING]
         rows, support = self._row(component.transformVarIndex, sum(stated))
         deltas = np.zeros((9, len(support)))
         deltas[stated] = rows
-        deltas *= units[:, None]
+        deltas *= UNITS
         if not stated[4]:
             # Without a scale in y the one in x serves both.
             deltas[4] = deltas[3]
@@ -194,12 +217,12 @@ class _Drawing:
         coordinates: Coordinates,
         around: list[tuple[Varying, Condition | None]],
     ) -> None:
-        leaf, contours = self.reader.leaf(name)
-        outline: Varying = Composed(leaf, coordinates)
+        leaf = self.reader.leaf(name)
+        outline: Varying = Composed(leaf.outline, coordinates)
         for transformation, condition in around:
             outline = Placed(outline, transformation)
             if condition is not None:
                 outline = Shown(outline, condition)
-        if contours:
+        if leaf.contours:
             self.parts.append(outline)
-            self.contours += contours
+            self.contours += leaf.contours

@@ -36,6 +36,11 @@ class Displaced(Coordinates):
         self.shape = displacement.shape
 
     @property
+    def axis_count(self) -> int:
+        """See :attr:`Varying.axis_count`."""
+        return self.displacement.axis_count
+
+    @property
     def breakpoints(self) -> list[Array]:
         """Those of the displacement; where the limits are reached depends on several axes."""
         return self.displacement.breakpoints
@@ -87,6 +92,11 @@ class Composed(Varying):
     def __init__(self, outer: Varying, inner: Coordinates) -> None:
         self.outer, self.inner = outer, inner
         self.shape = outer.shape
+
+    @property
+    def axis_count(self) -> int:
+        """See :attr:`Varying.axis_count`."""
+        return self.inner.axis_count
 
     @property
     def breakpoints(self) -> list[Array]:

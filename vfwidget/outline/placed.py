@@ -42,6 +42,11 @@ class Replaced(Coordinates):
         self._kept = 1 - self._spread.any(1).astype(float)
 
     @property
+    def axis_count(self) -> int:
+        """See :attr:`Varying.axis_count`."""
+        return self.base.axis_count
+
+    @property
     def breakpoints(self) -> list[Array]:
         """See :attr:`Varying.breakpoints`."""
         return _union([self.base, self.values])
@@ -79,6 +84,11 @@ class Transformation(Varying):
 
     def __init__(self, parameters: Varying) -> None:
         self.parameters = parameters
+
+    @property
+    def axis_count(self) -> int:
+        """See :attr:`Varying.axis_count`."""
+        return self.parameters.axis_count
 
     @property
     def breakpoints(self) -> list[Array]:
@@ -125,6 +135,11 @@ class Placed(Varying):
     def __init__(self, outline: Varying, matrix: Varying) -> None:
         self.outline, self.matrix = outline, matrix
         self.shape = outline.shape
+
+    @property
+    def axis_count(self) -> int:
+        """See :attr:`Varying.axis_count`."""
+        return self.outline.axis_count
 
     @property
     def breakpoints(self) -> list[Array]:
@@ -175,6 +190,11 @@ class Shown(Varying):
         self.shape = outline.shape
 
     @property
+    def axis_count(self) -> int:
+        """See :attr:`Varying.axis_count`."""
+        return self.outline.axis_count
+
+    @property
     def breakpoints(self) -> list[Array]:
         """See :attr:`Varying.breakpoints`."""
         return self.outline.breakpoints
@@ -202,6 +222,11 @@ class Joined(Varying):
     def __init__(self, parts: Sequence[Varying]) -> None:
         self.parts = tuple(parts)
         self.shape = (sum(part.shape[0] for part in parts), 2)
+
+    @property
+    def axis_count(self) -> int:
+        """See :attr:`Varying.axis_count`."""
+        return self.parts[0].axis_count
 
     @property
     def breakpoints(self) -> list[Array]:

@@ -236,11 +236,14 @@ def _assemble(row: ShapedRow, fitted: Array, response: Array, support: Array) ->
     reach, own = _origins(row, response)[:, 0], response[:, 0]
     before = _origins(row, own[:, None] * [1.0, 0.0, 0.0])[: len(own), 0]
     same_line = lines[:, None] == np.array(row.lines)
+    # The widths that lie before an origin are those of the first glyphs of its line.
+    pushed = np.where(same_line, (reach[:, None] - before).clip(0, own), 0.0)
+    # Without GPOS, HarfBuzz draws a mark that has no base ahead of the pen, by its own width.
+    np.fill_diagonal(pushed, pushed.diagonal() + reach[: len(own)].clip(None, 0.0))
     anchor, gaps = _neighbours(row, is_mark)
     return Layout(
         row,
-        # The widths that lie before an origin are those of the first glyphs of its line.
-        pushed=np.where(same_line, (reach[:, None] - before).clip(0, own), 0.0),
+        pushed=pushed,
         base=origins[0],
         deltas=np.moveaxis(origins[1:][used], 0, -1),
         support=support[used],
