@@ -15,7 +15,6 @@ from importlib.util import find_spec
 from itertools import islice, product
 from pathlib import Path
 
-import fonts
 import formats
 import numpy as np
 import registry_fonts
