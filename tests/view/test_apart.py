@@ -61,3 +61,36 @@ def test_obstacles_are_checked_and_drawn():
     assert editor.obstacles == BAR
     editor.obstacles = ()
     assert editor._obstacles == ""
+
+
+@pytest.mark.parametrize("wrong", [7, "a string", [7], [None], {"a": 1}, [[(0, 0), (1e300, 0)]]])
+def test_wrong_obstacles_are_refused_and_the_former_ones_stay(wrong):
+    editor = vf.Editor(WORD, obstacles=[BAR], avoid_overlaps=True)
+    drawn = editor._obstacles
+    with pytest.raises(vf.OverlapError):
+        editor.obstacles = wrong
+    assert editor.obstacles == [BAR] and editor._obstacles == drawn
+
+
+def test_obstacles_that_change_in_a_drag():
+    editor = vf.Editor(WORD, avoid_overlaps=True)
+    send(editor, "down", RIGHT)
+    editor.obstacles = vf.Artwork(
+        f'<svg xmlns="http://www.w3.org/2000/svg"><rect x="{RIGHT + 60}" y="-900" width="10" '
+        'height="800"/></svg>'
+    )
+    assert send(editor, "move", RIGHT + 250)["contacts"]
+    assert vf.overlaps(editor.text, editor.obstacles) == []
+    editor.obstacles = ()
+    assert send(editor, "up", RIGHT + 250)["contacts"] == []
+    assert float(editor.text.segments()[0][..., 0].max()) > RIGHT + 70
+
+
+def test_a_text_and_a_wall_over_the_whole_word_are_obstacles():
+    editor = vf.Editor(WORD, avoid_overlaps=True)
+    editor.obstacles = vf.Text("recursive", "x", offsets=[(2000, 0)])
+    assert editor.error == ""
+    editor.obstacles = [(-9000, -9000), (9000, -9000), (9000, 9000), (-9000, 9000)]
+    assert "no axis values were found" in editor.error
+    send(editor, "down", RIGHT)
+    assert send(editor, "move", RIGHT + 20)["ok"]
