@@ -12,17 +12,15 @@ import logging
 import multiprocessing
 import os
 import random
-import resource
 import struct
 import sys
 import tempfile
 import threading
-import time
 import warnings
 import zlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import astuple, dataclass, field
+from dataclasses import astuple
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -36,52 +34,12 @@ from PIL import Image
 
 import vfwidget as vf
 from tests import fonts
+from tests.attacks_on_motion import dense_artwork, hostile_names, junk_for_motion
 from tests.font.test_unpack import BOMB_BYTES, woff2_bomb, woff_bomb
+from tests.outcome import Outcome
 from vfwidget.matching.images import FORMATS, read_image
 
 BUNDLED = ("dynapuff", "afacad-flux")
-SECONDS, GIBIBYTES = 2.0, 1.0
-"""What one input may take."""
-
-
-@dataclass
-class Outcome:
-    """What an attack came to: inputs by result, and the most that one input took."""
-
-    attack: str
-    tried: int = 0
-    refused: int = 0
-    read: int = 0
-    failures: list[str] = field(default_factory=list)
-    seconds: float = 0.0
-    gibibytes: float = 0.0
-
-    def try_all(self, inputs: Iterable[Any], act: Callable[[Any], object]) -> Outcome:
-        """Act on each input, and count which exceptions it raises."""
-        started = _peak()
-        for given in inputs:
-            begun = time.process_time()
-            self.tried += 1
-            try:
-                act(given)
-                self.read += 1
-            except vf.VFWidgetError:
-                self.refused += 1
-            except Exception as error:
-                self.failures.append(repr(error)[:200])
-            self.seconds = max(self.seconds, time.process_time() - begun)
-        self.gibibytes = _peak() - started
-        return self
-
-    @property
-    def holds(self) -> bool:
-        """Whether every input was refused or read, in time and within the memory."""
-        return not self.failures and self.seconds <= SECONDS and self.gibibytes <= GIBIBYTES
-
-
-def _peak() -> float:
-    """The most memory that this process has used, in GiB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
 
 
 def mutated(data: bytes, rng: random.Random) -> bytes:
@@ -317,7 +275,7 @@ class FrontEnd(BaseComm):
 
 
 def messages(count: int, threads: int = 1) -> Outcome:
-    """Malformed drag messages to an editor; each has to be answered exactly once."""
+    """Malformed messages of every kind to an editor; each has to be answered exactly once."""
     with mock.patch("comm.create_comm", FrontEnd):
         editor = vf.Editor("dynapuff", "no")
     before = editor.text.theta
@@ -334,7 +292,8 @@ def messages(count: int, threads: int = 1) -> Outcome:
         def inputs() -> Iterator[Any]:
             for i in range(count // threads):
                 content: Any = {name: rng.choice(values) for name in names if rng.random() < 0.8}
-                yield rng.choice(values) if i % 10 == 0 else content | {"type": "drag"}
+                kind = rng.choice(["drag", "drag", "drag", "undo", "redo", "restart", "tools"])
+                yield rng.choice(values) if i % 10 == 0 else content | {"type": kind}
 
         outcome.try_all(inputs(), act)
 
@@ -371,6 +330,9 @@ ATTACKS: dict[Callable[[int], Outcome], int] = {
     font_bombs: 14,
     image_bombs: 100,
     artwork: 5_000,
+    dense_artwork: 60,
+    junk_for_motion: 1_500,
+    hostile_names: 100,
     odd_arrays: 2_000,
     messages: 5_000,
     messages_from_four_threads: 5_000,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
@@ -54,3 +55,13 @@ def test_workers_finish_and_agree_after_the_parent_has_used_threads(method):
         torch.set_num_threads(threads)
     assert found[0] == pytest.approx(expected[0], rel=1e-12)
     assert found[1] == pytest.approx(expected[1], rel=1e-6)
+
+
+def test_tasks_of_asyncio_agree():
+    """Four tasks at a time, each in a thread of the event loop's pool."""
+
+    async def together() -> list[Any]:
+        tasks = [asyncio.to_thread(drawn, weight) for weight in (400, 500, 600, 700)]
+        return await asyncio.gather(*tasks)
+
+    assert asyncio.run(together()) == [drawn(weight) for weight in (400, 500, 600, 700)]

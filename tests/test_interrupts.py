@@ -6,6 +6,7 @@ import itertools
 import linecache
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import process_time
@@ -106,6 +107,34 @@ def test_a_solve_and_a_match_can_be_repeated(count: int) -> None:
         for _ in interrupted(action, count):
             pass
         assert action().axes == expected
+
+
+@pytest.mark.parametrize("count", [3, pytest.param(MANY, marks=pytest.mark.slow)])
+def test_a_simulation_ends_with_whole_frames_and_can_be_repeated(count: int) -> None:
+    text = vf.Text("dynapuff", "Sa")
+    floor = [(-500, -300), (1500, -300), (1500, -200), (-500, -200)]
+    ended: list[vf.Animation] = []
+
+    def simulate(_: int = 0) -> None:
+        animation = vf.simulate(
+            text, 4, positions=True, forces=(0, -4000), obstacles=[floor], progress=False
+        )
+        ended.append(animation)
+
+    simulate()
+    (expected,) = ended
+    with warnings.catch_warnings():
+        # The frames so far come with a warning.
+        warnings.simplefilter("ignore", vf.MotionWarning)
+        for _ in interrupted(simulate, count):
+            last = ended[-1]
+            frames = len(last)
+            assert len(last.theta) == len(last.offsets) == frames <= len(expected)
+            np.testing.assert_array_equal(last.theta, expected.theta[:frames])
+            np.testing.assert_array_equal(last.positions, expected.positions[:frames])
+    simulate()
+    np.testing.assert_array_equal(ended[-1].theta, expected.theta)
+    assert text.axes == vf.Text("dynapuff", "Sa").axes
 
 
 def interrupt_at(step: int, action: Callable[[], object]) -> bool:

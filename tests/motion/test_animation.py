@@ -94,10 +94,16 @@ def test_far_times_are_those_of_the_ends(wave) -> None:
         assert wave.at(-1e308).axes == wave[0].axes
 
 
-@pytest.mark.parametrize("index", [1.5, "first", [0, 1], None])
+@pytest.mark.parametrize("index", [1.5, "first", [0, 1], None, 5, -6, 10**400])
 def test_a_frame_has_a_whole_number(wave, index) -> None:
-    with pytest.raises(TypeError):
+    with pytest.raises(vf.MotionError, match="has frames 0 to 4.* -1; received "):
         wave[index]
+
+
+@pytest.mark.parametrize("axes", ["x", [1, 2, 3, 4], [None]])
+def test_a_plot_needs_four_axes(wave, axes) -> None:
+    with pytest.raises(vf.MotionError, match="axes must be four matplotlib Axes; received"):
+        wave.plot(axes)
 
 
 @pytest.mark.parametrize("other", [None, 1, "again", []])

@@ -11,7 +11,13 @@ Content = TypeVar("Content", str, bytes)
 
 
 def written(content: Content, path: str | os.PathLike[str] | None) -> Content | None:
-    """Write content to a file, which is replaced if it exists; without a path, return it."""
+    """Write content to a file, which is replaced if it exists; without a path, return it.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
     if path is None:
         return content
     data = content.encode() if isinstance(content, str) else content
@@ -23,6 +29,11 @@ def write_numbered(folder: str | os.PathLike[str], contents: Iterable[bytes], su
     """Write ``frame-0001.suffix`` and so on into a folder, which is made if it does not exist.
 
     Files of these names are replaced.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
     """
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)

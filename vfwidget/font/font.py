@@ -253,8 +253,8 @@ class Font(DesignSpace):
 
         Raises
         ------
-        FontError
-            Some glyphs are not those of the file.
+        FontError, OSError
+            Some glyphs are not those of the file, or it cannot be written.
         """
         self._drawings.check_none()
         Path(path).write_bytes(font_bytes(self._ttfont))

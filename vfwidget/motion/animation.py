@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any
@@ -100,7 +99,13 @@ class Animation(Diagnostics, Exports):
     def __getitem__(self, index: Any) -> Any:
         """A frame as a :class:`Text`; a slice of frames as an :class:`Animation`."""
         if not isinstance(index, slice):
-            index = operator.index(index)
+            try:
+                index = range(len(self))[index]
+            except (TypeError, IndexError):
+                raise MotionError(
+                    f"The animation has frames 0 to {len(self) - 1}, which may also be counted "
+                    f"from the end, -1; received {index!r:.200}."
+                ) from None
             place = {
                 AXES: self.theta[index],
                 OFFSETS: self.offsets[index],

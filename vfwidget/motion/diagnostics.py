@@ -79,6 +79,11 @@ class Diagnostics:
         Returns
         -------
         array of 4 Axes
+
+        Raises
+        ------
+        MotionError
+            ``axes`` are not four matplotlib Axes.
         """
         from .figure import draw_animation
 

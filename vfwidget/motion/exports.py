@@ -84,6 +84,8 @@ class Exports(ImageExports):
         MotionError
             A glyph depends on its neighbours, so that elements for single letters cannot show it,
             or an option has no meaning.
+        OSError
+            The file cannot be written.
         """
         if not (isinstance(name, str) and CLASS.fullmatch(name)):
             raise MotionError(
@@ -119,6 +121,8 @@ class Exports(ImageExports):
             Several glyphs of one character have different axes, or an option has no meaning.
         FontError
             fontTools cannot cut the font to the text.
+        OSError
+            The file cannot be written.
         """
         family, alternates, font = "vf-font", Alternates(), self.text.font
         element, sheet = self._styled(NAME, family, loop, tolerance, alternates)
@@ -157,6 +161,8 @@ class Exports(ImageExports):
         ------
         MotionError
             An option has no meaning, or there are colour glyphs.
+        OSError
+            The file cannot be written.
         """
         if height is not None:
             height = read_number("height", height, 0.0, LARGEST, True)
@@ -205,6 +211,8 @@ class Exports(ImageExports):
         ------
         MotionError
             An option has no meaning, or there are colour glyphs.
+        OSError
+            The file cannot be written.
         """
         letters, obstacles, box = outlines(self)
         made = lottie(
@@ -234,6 +242,11 @@ class Exports(ImageExports):
             ``letters``: for each letter its characters (``text``), ``axes`` (a list of user
             coordinates for each tag), ``x``, ``y`` (its origin in font units, y up) and
             ``rotation`` (radians, counterclockwise). Numbers are rounded to 1e-5.
+
+        Raises
+        ------
+        OSError
+            The file cannot be written.
         """
         users, text = user_coordinates(self), self.text
         tracks, letters = letter_tracks(self), []

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..errors import MotionError
+
 
 def draw_animation(animation: Any, axes: Any = None) -> Any:
     """Axes, heights, energy and penetration; see :meth:`vfwidget.Animation.plot`."""
@@ -12,7 +14,10 @@ def draw_animation(animation: Any, axes: Any = None) -> Any:
 
     if axes is None:
         _, axes = plt.subplots(2, 2, figsize=(10, 5.4), layout="constrained", sharex=True)
-    theta, height, energy, depth = np.ravel(axes)
+    panels = np.ravel(np.asarray(axes, dtype=object))
+    if len(panels) != 4 or not all(hasattr(panel, "set_title") for panel in panels):
+        raise MotionError(f"axes must be four matplotlib Axes; received {axes!r:.200}.")
+    theta, height, energy, depth = panels
     times = animation.times
     for i, axis in enumerate(animation.text.font.axes):
         values = animation.theta[..., i]
@@ -37,4 +42,4 @@ def draw_animation(animation: Any, axes: Any = None) -> Any:
     depth.set_title("deepest contact, font units")
     for panel in (energy, depth):
         panel.set_xlabel("seconds")
-    return np.ravel(axes)
+    return panels

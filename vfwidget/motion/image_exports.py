@@ -58,6 +58,8 @@ class ImageExports:
             An option has no meaning, or there are colour glyphs.
         ImageError
             The images are too large.
+        OSError
+            The file cannot be written.
         """
         colours = read_colour("ink", ink), read_colour("background", background)
         delay = max(round(100 / read_number("fps", fps, *FPS, open_below=False)), 2)
@@ -93,6 +95,8 @@ class ImageExports:
             An option has no meaning, there are colour glyphs, or ffmpeg is missing or fails.
         ImageError
             The images are too large.
+        OSError
+            The file cannot be written.
         """
         return written(self._video("mp4", height, fps, ink, background, progress), path)
 
@@ -114,6 +118,11 @@ class ImageExports:
             Default: none.
         path, height, fps, ink, progress
             As for :meth:`to_mp4`, which also says what is raised.
+
+        Raises
+        ------
+        OSError
+            The file cannot be written.
         """
         return written(self._video("webm", height, fps, ink, background, progress), path)
 
@@ -137,6 +146,11 @@ class ImageExports:
             Default: none, so that the images are transparent.
         height, fps, ink, progress
             As for :meth:`to_mp4`.
+
+        Raises
+        ------
+        OSError
+            The file cannot be written.
         """
         images = self._images(height, self._rate(fps), ink, background, progress)
         write_numbered(folder, map(png, images), "png")

@@ -14,6 +14,9 @@ from ..text import Text
 from .animation import Animation
 from .numbers import read_number
 
+LEAST_MASS = 1e-12
+"""The roots of smaller masses are lost to rounding."""
+
 
 def read_masses(value: Any, letters: int) -> Array:
     """A mass for each letter, (l,).
@@ -21,11 +24,11 @@ def read_masses(value: Any, letters: int) -> Array:
     Raises
     ------
     MotionError
-        The shape is wrong, or a mass is not a finite number > 0.
+        The shape is wrong, or a mass is not a finite number ≥ 1e-12.
     """
     masses = _numbers("mass", value, [(), (letters,)])
-    if not (masses > 0).all():
-        raise MotionError(f"Every mass must be greater than 0; received {value!r}.")
+    if not (masses >= LEAST_MASS).all():
+        raise MotionError(f"Every mass must be at least {LEAST_MASS:g}; received {value!r:.200}.")
     return np.broadcast_to(masses, (letters,)).copy()
 
 

@@ -78,6 +78,8 @@ class Exports:
         ------
         TextError
             The height is not a number > 0, or the font has no such palette.
+        OSError
+            The file cannot be written.
         """
         if height is not None and not (isinstance(height, Real) and 0 < height < math.inf):
             raise TextError(f"height must be a number of pixels > 0; received {height!r}.")
@@ -111,6 +113,11 @@ class Exports:
             tracking, ``font-feature-settings`` and ``letter-spacing``. With an axis vector for
             each letter there is one rule for each letter, ``.letter-1`` and so on. Offsets, lines
             and the language are left out.
+
+        Raises
+        ------
+        OSError
+            The file cannot be written.
         """
         font = self.composition.font
         features, tracking = self.composition.options.features, self.tracking / font.units_per_em
@@ -127,6 +134,8 @@ class Exports:
             The letters have axis values of their own.
         FontError
             fontTools cannot make the instance.
+        OSError
+            The file cannot be written.
         """
         if not self.composition.shared:
             raise TextError("to_font needs one location for all letters; use shared=True.")

@@ -137,6 +137,11 @@ class Player(anywidget.AnyWidget):
         Returns
         -------
         str or None
+
+        Raises
+        ------
+        OSError
+            The file cannot be written.
         """
         body = view(self.get_state(PAGE_TRAITS), STATE)
         made = page(self.animation.text.title, body, [self._esm], self._css + PAGE_STYLE)
