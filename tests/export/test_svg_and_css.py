@@ -11,6 +11,7 @@ from fontTools.svgLib.path import parse_path
 
 import vfwidget as vf
 from vfwidget.export.css import declarations
+from vfwidget.export.svg import plain
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -72,6 +73,12 @@ def test_hostile_names_cannot_leave_the_string_that_they_are_in() -> None:
         'font-family: "\\22 ; } \\3c /style\\3e \\3c script\\3e \\5c ";\n'
         'font-variation-settings: "\\22  ;}" 1;'
     )
+
+
+@pytest.mark.parametrize("character", ["\0", "\x0c", "\ud800", "\uffff"])
+def test_characters_that_xml_does_not_allow_are_replaced(character: str) -> None:
+    text = plain(f"a{character}<é😀\n")
+    assert ElementTree.fromstring(f"<title>{text}</title>").text == "a\ufffd<é😀\n"
 
 
 def test_a_path_is_written(tmp_path: Path) -> None:

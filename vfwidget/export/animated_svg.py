@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 
 import numpy as np
 
 from ..arrays import Array
 from .css import number
-from .svg import path_data
+from .svg import path_data, plain
 from .track import Track, keyframes
 
 OBSTACLE_OPACITY = 0.35
@@ -101,13 +100,13 @@ def _document(
     view = " ".join(map(number, (left, -top, wide, tall)))
     back = (
         f'<rect x="{number(left)}" y="{number(-top)}" width="100%" height="100%" '
-        f'fill="{escape(background)}"/>'
+        f'fill="{plain(background)}"/>'
         if background is not None
         else ""
     )
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}"{size} role="img">'
-        f"<title>{escape(title)}</title>{back}{body}</svg>"
+        f"<title>{plain(title)}</title>{back}{body}</svg>"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from html import escape
 
@@ -11,6 +12,11 @@ from .paint import filled
 
 MARGIN = 0.1
 """Room around the outlines, as a share of the height of the line."""
+
+
+def plain(text: str) -> str:
+    """Text for XML: markup is escaped, and characters that XML does not allow are replaced."""
+    return escape(re.sub("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text))
 
 
 def picture(
@@ -53,13 +59,13 @@ def picture(
     size = f' width="{height * wide / tall:.0f}" height="{height:.0f}"' if height else ""
     back = (
         f'<rect x="{left:.1f}" y="{top:.1f}" width="100%" height="100%" '
-        f'fill="{escape(background)}"/>'
+        f'fill="{plain(background)}"/>'
         if background is not None
         else ""
     )
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}"{size} role="img">'
-        f"<title>{escape(title)}</title>{back}"
+        f"<title>{plain(title)}</title>{back}"
         f"{''.join(_drawn(shape, palette, f'paint-{i}') for i, shape in enumerate(shapes))}</svg>"
     )
 

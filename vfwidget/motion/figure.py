@@ -14,7 +14,10 @@ def draw_animation(animation: Any, axes: Any = None) -> Any:
 
     if axes is None:
         _, axes = plt.subplots(2, 2, figsize=(10, 5.4), layout="constrained", sharex=True)
-    panels = np.ravel(np.asarray(axes, dtype=object))
+    try:
+        panels = np.ravel(np.asarray(axes, dtype=object))
+    except (TypeError, RuntimeError):
+        panels = np.ravel([])
     if len(panels) != 4 or not all(hasattr(panel, "set_title") for panel in panels):
         raise MotionError(f"axes must be four matplotlib Axes; received {axes!r:.200}.")
     theta, height, energy, depth = panels

@@ -16,6 +16,8 @@ from .subject import text_title
 
 ROW = 6
 """Frames in a row."""
+MOST = 200
+"""Frames of a contact sheet; matplotlib takes seconds to draw more."""
 
 
 def frames(animation: Animation, count: int = 12, ax: Axes | None = None) -> Any:
@@ -27,7 +29,7 @@ def frames(animation: Animation, count: int = 12, ax: Axes | None = None) -> Any
     ----------
     animation : Animation
     count : int
-        Number of frames, at least 2. Default 12.
+        Number of frames, 2 to 200. Default 12.
     ax : matplotlib Axes, optional
         The frames are drawn in its place.
 
@@ -38,12 +40,14 @@ def frames(animation: Animation, count: int = 12, ax: Axes | None = None) -> Any
     Raises
     ------
     VFWidgetError
-        ``animation`` is not an Animation, or ``count`` is not a whole number ≥ 2.
+        ``animation`` is not an Animation, or ``count`` is not a whole number from 2 to 200.
     """
     if not isinstance(animation, Animation):
         raise VFWidgetError(f"frames draws an Animation; received {type(animation).__name__}.")
-    if not is_count(count) or count < 2:
-        raise VFWidgetError(f"A contact sheet needs at least 2 frames; received {count!r}.")
+    if not is_count(count) or not 2 <= count <= MOST:
+        raise VFWidgetError(
+            f"A contact sheet has at least 2 frames and at most {MOST}; received {count!r:.200}."
+        )
     indices = np.linspace(0, len(animation) - 1, count).round().astype(int)
     shown = [[to_array(s) for s in animation[i].segments()] for i in indices.tolist()]
     points = np.concatenate([s.reshape(-1, 2) for contours in shown for s in contours])
