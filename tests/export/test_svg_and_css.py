@@ -78,7 +78,7 @@ def test_hostile_names_cannot_leave_the_string_that_they_are_in() -> None:
 @pytest.mark.parametrize("character", ["\0", "\x0c", "\ud800", "\uffff"])
 def test_characters_that_xml_does_not_allow_are_replaced(character: str) -> None:
     text = plain(f"a{character}<é😀\n")
-    assert ElementTree.fromstring(f"<title>{text}</title>").text == "a\ufffd<é😀\n"
+    assert ET.fromstring(f"<title>{text}</title>").text == "a\ufffd<é😀\n"
 
 
 def test_a_path_is_written(tmp_path: Path) -> None:

@@ -96,7 +96,7 @@ def test_far_times_are_those_of_the_ends(wave) -> None:
 
 @pytest.mark.parametrize("index", [1.5, "first", [0, 1], None, 5, -6, 10**400])
 def test_a_frame_has_a_whole_number(wave, index) -> None:
-    with pytest.raises(vf.MotionError, match="has frames 0 to 4.* -1; received "):
+    with pytest.raises(vf.MotionError, match=r"has frames 0 to 4.* -1; received "):
         wave[index]
 
 
