@@ -22,7 +22,7 @@ class HarfBuzz:
 
     def __init__(self, ttfont: TTFont) -> None:
         # HarfBuzz reads no WOFF2; untouched tables are copied as they are.
-        ttfont.flavor = None
+        ttfont.flavor, ttfont.recalcBBoxes = None, False
         sfnt = io.BytesIO()
         ttfont.save(sfnt)
         face = hb.Face(sfnt.getvalue())
