@@ -6,9 +6,24 @@ import sys
 import warnings
 from typing import Any
 
+LONGEST_MESSAGE = 4000
+"""Characters of a message; a hostile input that it quotes may have millions."""
+
 
 class VFWidgetError(ValueError):
-    """Base of every error this package raises on bad input."""
+    """Base of every error this package raises on bad input.
+
+    Parameters
+    ----------
+    message : str
+        The middle of a message that is too long is left out.
+    """
+
+    def __init__(self, message: str = "") -> None:
+        if len(message) > LONGEST_MESSAGE:
+            half = LONGEST_MESSAGE // 2
+            message = f"{message[:half]} … {message[-half:]}"
+        super().__init__(message)
 
 
 class FontError(VFWidgetError):

@@ -1,4 +1,4 @@
-"""Limits on untrusted input: files, downloads, images and artwork."""
+"""Limits on untrusted input: files, texts, downloads, images and artwork."""
 
 from __future__ import annotations
 
@@ -23,6 +23,9 @@ class Limits:
     a hostile file of a few kilobytes could state a thousand times more."""
     glyph_cache_bytes: int = 64 * 2**20
     """Memory for the unpacked glyphs that a font keeps. A glyph that is in use stays anyway."""
+    text_characters: int = 4_000
+    """Characters of a text. Each origin depends on the advance widths before it, so memory grows
+    with the square: this many take about 1 GB. A page of a book has 3,000."""
     download_seconds: float = 60.0
     """Time of a whole download, whatever the server does. 64 MB arrive in time at 9 Mbit/s."""
     image_pixels: int = 2**26

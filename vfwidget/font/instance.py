@@ -32,8 +32,14 @@ def check_limits(axes: Sequence[Axis], values: Mapping[str, Any]) -> AxisLimits:
     Raises
     ------
     AxisError
-        The axis is unknown, or the value is not a number or an ascending range within the axis.
+        The values are no mapping, an axis is unknown, or a value is not a number or an ascending
+        range within the axis.
     """
+    if not isinstance(values, Mapping):
+        raise AxisError(
+            "An instance needs axis values by tag, such as {'wght': 700}; "
+            f"received {values!r:.200}."
+        )
     known = {axis.tag: axis for axis in axes}
     limits: AxisLimits = {}
     for tag, value in values.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Generator
 from dataclasses import dataclass, field
 from enum import Enum
@@ -19,9 +20,16 @@ from .status import Outcome
 
 
 def is_number(value: object) -> bool:
-    """Whether a value is a real number of Python or NumPy; True and False are not."""
+    """Whether a value is a real number of Python or NumPy; True and False are not.
+
+    An integer beyond the range of floating-point numbers is none either.
+    """
     # The first test is much the faster, and nearly always enough.
-    return type(value) in (float, int) or (isinstance(value, Real) and not isinstance(value, bool))
+    if type(value) is float:
+        return True
+    if isinstance(value, Integral):
+        return not isinstance(value, bool) and abs(int(value)) <= sys.float_info.max
+    return isinstance(value, Real)
 
 
 def is_count(value: object) -> bool:

@@ -30,6 +30,7 @@ from ..font import Font
 from ..font.settings import Box, Settings
 from ..font.shaping import SCALE, ShapedRow
 from ..font.shaping_options import ShapingOptions
+from ..limits import limits
 from ..outline.glyph import Glyph
 from ..outline.variation import Regions, merge_regions
 from .memo import Memo
@@ -150,10 +151,15 @@ def layouts(font: Font, string: str, options: ShapingOptions) -> Layouts:
     Raises
     ------
     TextError
-        ``string`` is no string.
+        ``string`` is no string, or too long.
     """
     if not isinstance(string, str):
         raise TextError(f"A text has to be a string; received {type(string).__name__}.")
+    if len(string) > limits.text_characters:
+        raise TextError(
+            f"The text has {len(string):,} characters; the limit is {limits.text_characters:,}. "
+            "Make several texts, or raise vf.limits.text_characters."
+        )
     # An attribute of the font: a dictionary of its own would keep the font alive by the layouts.
     memo: Memo[Layouts] = vars(font).setdefault("_layouts", Memo())
     return memo.get((string, options), lambda: Layouts(font, string, options))
@@ -276,16 +282,16 @@ def _neighbours(row: ShapedRow, is_mark: BoolArray) -> tuple[IntArray, IntArray]
     """``Layout.anchor`` and ``Layout.gaps``."""
     lines, count = _lines(row), len(row.lines)
     anchor, gaps = np.full(len(lines), -1), np.zeros(len(lines), dtype=np.intp)
-    for i, line in enumerate(lines):
-        bases = [j for j in np.flatnonzero(lines[:count] == line) if not is_mark[j]]
-        before, after = [j for j in bases if j < i], [j for j in bases if j > i]
-        if i < count and is_mark[i] and row.rtl[i]:
-            anchor[i] = after[0] if after else -1
-        else:
-            anchor[i] = before[-1] if before else -1
-        gaps[i] = len(before)
-        if i < count and is_mark[i] and not row.rtl[i] and before:
-            gaps[i] -= 1
+    marks, rtl = np.zeros((2, len(lines)), dtype=bool)
+    marks[:count], rtl[:count] = is_mark, row.rtl
+    for line in range(len(lines) - count):
+        own = np.flatnonzero(lines == line)
+        bases = own[~marks[own]][:-1]  # without the end of the line
+        before, after = (np.searchsorted(bases, own, side) for side in ("left", "right"))
+        nearest = np.where(marks[own] & rtl[own], after, before - 1)
+        exists = (nearest >= 0) & (nearest < len(bases))
+        anchor[own[exists]] = bases[nearest[exists]]
+        gaps[own] = before - (marks[own] & ~rtl[own] & (before > 0))
     return anchor, gaps
 
 

@@ -127,12 +127,16 @@ class Origins:
 
     def _chains(self) -> Array:
         """1 where a step is one of those that lead to an origin, (r, r)."""
-        reach = np.zeros((len(self.anchor), len(self.anchor)))
+        reach = np.eye(len(self.anchor))
+        known = self.anchor < 0
         for k in range(len(reach)):
-            at = k
-            while at >= 0:
-                reach[k, at] = 1
-                at = int(self.anchor[at])
+            steps = []
+            while not known[k]:
+                steps.append(k)
+                k = int(self.anchor[k])
+            for step in reversed(steps):
+                reach[step] += reach[self.anchor[step]]
+                known[step] = True
         return reach
 
     def _collect(self, reach: Array, parts: Array, letters: IntArray) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Any
@@ -63,10 +64,7 @@ class Word:
         self.glyph_ids = tuple(layout.row.glyph_ids[i] for i, layout in enumerate(layouts))
         self.clusters = layouts[0].row.clusters
         self.glyphs: tuple[Glyph, ...] = tuple(self.font.glyph(g) for g in self.glyph_ids)
-        self.letter_names = tuple(
-            _letter_name(self.string, self.clusters, i, glyph)
-            for i, glyph in enumerate(self.glyphs)
-        )
+        self.letter_names = _letter_names(self.string, self.clusters, self.glyphs)
         self.is_affine = all(glyph.is_affine for glyph in self.glyphs)
         supports = [layout.support for layout in layouts]
         if self.is_affine:
@@ -252,11 +250,13 @@ def _word(composition: Any, rows: tuple[int, ...]) -> Word:
     return word
 
 
-def _letter_name(string: str, clusters: Sequence[int], index: int, glyph: Glyph) -> str:
-    """The characters that a glyph stands for, or its name where it shares them with another."""
-    own = clusters[index]
-    if clusters.count(own) > 1:
-        return glyph.name
-    end = min((cluster for cluster in clusters if cluster > own), default=len(string))
-    letters = string[own:end]
-    return letters if letters.isprintable() and letters.strip() else glyph.name
+def _letter_names(string: str, clusters: Sequence[int], glyphs: Sequence[Glyph]) -> tuple[str, ...]:
+    """The characters that each glyph stands for, or its name where it shares them with another."""
+    sizes = Counter(clusters)
+    starts = sorted(sizes)
+    characters = {a: string[a:b] for a, b in zip(starts, [*starts[1:], len(string)], strict=True)}
+    return tuple(
+        letters if sizes[own] == 1 and letters.isprintable() and letters.strip() else glyph.name
+        for own, glyph in zip(clusters, glyphs, strict=True)
+        for letters in [characters[own]]
+    )
