@@ -5,7 +5,7 @@ same on every machine. The panel below is set in the fonts of the machine; what 
 contrast and its width are tested elsewhere. Edges are smoothed differently by versions of Chromium,
 so a pixel counts only if it differs much, and a few may.
 
-``python -m tests.browser.test_looks`` draws the kept pictures again.
+``python -m tests.browser.test_appearance`` draws the kept pictures again.
 """
 
 from __future__ import annotations
