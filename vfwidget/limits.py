@@ -36,12 +36,12 @@ class Limits:
     """Size of an SVG file for artwork."""
     svg_elements: int = 5_000
     """Elements of an SVG after every ``use`` is expanded. Nested ones multiply."""
-    svg_curves: int = 40_000
+    svg_curves: int = 25_000
     """Curves of an SVG. A stroke counts as its outline, of up to 22 curves for each of its own. To
-    read and join this many takes about two seconds."""
-    curve_pairs: int = 200_000
+    read and join this many takes about a second."""
+    curve_pairs: int = 120_000
     """Pairs of curves near enough to cross, of outlines that are drawn or joined together. A text
-    has about five for each letter. This many take about two seconds and 1 GB of memory, and a
+    has about five for each letter. This many take about a second and 0.6 GB of memory, and a
     hostile SVG of 100 kB could state a thousand times more."""
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from types import FrameType
+
 import fonts
 import numpy as np
 import pytest
@@ -143,3 +146,23 @@ def test_every_character_of_the_bundled_fonts_as_hb_shape() -> None:
         )
         hb.shape(hb.Font(face), buffer)
         assert row.glyph_ids == tuple(info.codepoint for info in buffer.glyph_infos)
+
+
+@pytest.mark.parametrize("function", ["_tell_advance", "_table"])
+def test_an_interrupt_in_a_function_that_harfbuzz_calls_is_raised(function: str) -> None:
+    font = vf.load_font("dynapuff")
+
+    def trace(frame: FrameType, event: str, _: object) -> None:
+        # At the call itself, where no code of the function can catch it.
+        if event == "call" and frame.f_code.co_name == function:
+            raise KeyboardInterrupt
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            vf.Text(font, "Sa")
+    finally:
+        sys.settrace(before)
+    wanted = vf.Text("dynapuff", "Sa").layout
+    assert [glyph.x for glyph in vf.Text(font, "Sa").layout] == [glyph.x for glyph in wanted]

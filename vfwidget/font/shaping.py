@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
-from threading import Lock
+from threading import Lock, current_thread, main_thread
+from typing import Any
 
 import numpy as np
 import uharfbuzz as hb
@@ -64,18 +67,22 @@ class Shaper:
         # tables are copied here.
         wanted = TABLES if "GPOS" in font else TABLES + FALLBACK_TABLES
         self._tables = {tag: font.getTableData(tag) for tag in wanted if tag in font}
-        self._face = hb.Face.create_for_tables(
-            lambda _face, tag, tables: tables.get(tag, b""), self._tables
-        )
+        self._advance: Callable[[int], float] = lambda _: 0.0
+        self._failure: BaseException | None = None
+        self._open()
+        self._lock = Lock()
+
+    def _open(self) -> None:
+        self._face = hb.Face.create_for_tables(self._table, None)
         # The functions of the second font replace those of the first.
         self._outlines = hb.Font(self._face)
         self._font = hb.Font(self._outlines)
-        self._advance: Callable[[int], float] = lambda _: 0.0
-        self._failure: Exception | None = None
         functions = hb.FontFuncs()
         functions.set_glyph_h_advance_func(self._tell_advance)
         self._font.funcs = functions
-        self._lock = Lock()
+
+    def _table(self, _face: hb.Face, tag: str, _data: object) -> bytes:
+        return self._tables.get(tag, b"")
 
     @cached_property
     def features(self) -> frozenset[str]:
@@ -110,7 +117,7 @@ class Shaper:
             The font has no glyph for a character.
         """
         infos, positions, lines, rtl = [], [], [], []
-        with self._lock:
+        with self._lock, self._heard_interrupts():
             self._go_to(w)
             self._advance = advance
             start = 0
@@ -141,12 +148,39 @@ class Shaper:
             np.array([(p.x_advance, p.x_offset, p.y_offset) for p in positions]) / SCALE,
         )
 
+    @contextmanager
+    def _heard_interrupts(self) -> Iterator[None]:
+        """Raise an interrupt that arrives when HarfBuzz calls a function of this class.
+
+        The bindings would print it and go on without the advance or the table, which HarfBuzz
+        would not ask for again. Interrupts reach the main thread only.
+        """
+        if current_thread() is not main_thread():
+            yield
+            return
+        heard, before = [], sys.unraisablehook
+
+        def hook(lost: Any) -> None:
+            if isinstance(lost.exc_value, KeyboardInterrupt):
+                heard.append(lost.exc_value)
+            else:
+                before(lost)
+
+        sys.unraisablehook = hook
+        try:
+            yield
+        finally:
+            sys.unraisablehook = before
+            if heard:
+                self._open()
+                raise heard[0]
+
     def _tell_advance(self, _font: hb.Font, glyph_id: int, _data: object) -> int:
         if glyph_id >= self._face.glyph_count:
             return 0  # A damaged cmap names a glyph that does not exist.
         try:
             return round(SCALE * self._advance(glyph_id))
-        except Exception as error:
+        except BaseException as error:
             # HarfBuzz would print an exception and go on without this advance.
             self._failure = error
             return 0
