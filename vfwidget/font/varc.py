@@ -35,6 +35,9 @@ RADIANS = np.array([np.pi / 180 if name in ANGLES else 1.0 for name in VAR_TRANS
 UNITS = np.array([[p.scale / (1 << p.fractionalBits)] for p in VAR_TRANSFORM_MAPPING.values()])
 UNITS *= RADIANS[:, None]
 """What a delta of 1 adds to each number of a transformation, (9, 1)."""
+STATED = [int(part.flag) for part in VAR_TRANSFORM_MAPPING.values()]
+RESET = int(VarComponentFlags.RESET_UNSPECIFIED_AXES)
+"""Flags as plain integers: operations on enumerations are slow."""
 
 
 @dataclass(frozen=True)
@@ -110,8 +113,7 @@ class VarcReader:
 
     def coordinates(self, component: Any, here: Coordinates, font: Coordinates) -> Coordinates:
         """Where a component's glyph is drawn: the axis values it states replace those around it."""
-        reset = component.flags & VarComponentFlags.RESET_UNSPECIFIED_AXES
-        base = font if reset else here
+        base = font if int(component.flags) & RESET else here
         if component.axisIndicesIndex is None:
             return base
         axes = np.array(self._table.AxisIndicesList.Item[component.axisIndicesIndex], dtype=np.intp)
@@ -123,7 +125,8 @@ class VarcReader:
 
     def transformation(self, component: Any, here: Coordinates) -> Varying:
         """How a component is placed, as a matrix (2, 3)."""
-        stated = [bool(component.flags & part.flag) for part in VAR_TRANSFORM_MAPPING.values()]
+        flags = int(component.flags)
+        stated = [bool(flags & flag) for flag in STATED]
         transform = component.transform
         base = RADIANS * [getattr(transform, name) for name in VAR_TRANSFORM_MAPPING]
         rows, support = self._row(component.transformVarIndex, sum(stated))
