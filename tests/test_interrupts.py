@@ -22,7 +22,12 @@ from vfwidget.view.constraints import place
 FEW, MANY = 12, 75
 """Interrupts of each kind in the plain run, and in the slow one."""
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs an interval timer")
+pytestmark = [
+    pytest.mark.skipif(sys.platform == "win32", reason="needs an interval timer"),
+    # Python prints an interrupt that arrives in a finalizer or in a callback of the garbage
+    # collector, such as those of hypothesis, and goes on.
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+]
 
 
 @contextmanager
