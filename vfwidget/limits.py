@@ -40,8 +40,8 @@ class Limits:
     """Curves of an SVG. A stroke counts as its outline, of up to 22 curves for each of its own. To
     read and join this many takes about a second."""
     curve_pairs: int = 120_000
-    """Pairs of curves near enough to cross, of outlines that are drawn or joined together. A text
-    has about five for each letter. This many take about a second and 0.6 GB of memory, and a
+    """Pairs of curves near enough to cross, of outlines that are drawn in one image or joined. A
+    text has about five for each letter. This many take about a second and 0.6 GB of memory, and a
     hostile SVG of 100 kB could state a thousand times more."""
 
 

@@ -94,3 +94,15 @@ def test_curves_side_by_side_are_refused_too(monkeypatch):
     monkeypatch.setattr(vf.limits, "curve_pairs", 1_000)
     with pytest.raises(vf.OverlapError, match="curve_pairs"):
         boundary(curves, [4] * count)
+
+
+def test_the_limit_holds_for_each_image_of_a_batch(monkeypatch) -> None:
+    text = vf.Text("recursive", "R")
+    one = [segments * torch.tensor([0.03, -0.03]) + 28 for segments in text.segments()]
+    many = [segments.expand(50, *segments.shape) for segments in one]
+    monkeypatch.setattr(vf.limits, "curve_pairs", 400)
+    drawn = vf.rasterize(many, size=(32, 32))
+    torch.testing.assert_close(drawn[7], vf.rasterize(one, size=(32, 32)))
+    monkeypatch.setattr(vf.limits, "curve_pairs", 5)
+    with pytest.raises(vf.OverlapError, match="curve_pairs"):
+        vf.rasterize(one, size=(32, 32))

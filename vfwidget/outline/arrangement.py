@@ -126,7 +126,8 @@ def boundary(
     if image is None:
         image = xp.zeros_like(count_up(curves.shape[-1], curves))
     with np.errstate(all="ignore"):
-        turned, strips = _turn(curves, int(image[-1]) + 1)
+        images = int(image[-1]) + 1
+        turned, strips = _turn(curves, images)
         arcs = monotone_arcs(turned, sizes, (strips if strips > 1 else -1, -1))
         lines = climbers(turned, arcs)
         cubic, t = crossings(lines, arcs, take(image, arcs.cubic))
@@ -135,7 +136,8 @@ def boundary(
             arcs = join(turned, sizes, cubic, xp.concatenate([arcs.start, t]))
             lines = climbers(turned, arcs)
         column = between(integers((arcs.first[0] + arcs.last[0]) / 2), 0, strips - 1)
-        return _spans(lines, arcs, column + strips * take(image, arcs.cubic), inside, layer)
+        strip = column + strips * take(image, arcs.cubic)
+        return _spans(lines, arcs, strip, _slabs(arcs, strip, images), inside, layer)
 
 
 def _turn(curves: Any, images: int) -> tuple[Any, int]:
@@ -153,7 +155,7 @@ def _turn(curves: Any, images: int) -> tuple[Any, int]:
     return turned * (strips / width), strips
 
 
-def _slabs(arcs: Arcs, strip: Any) -> Slabs:
+def _slabs(arcs: Arcs, strip: Any, images: int) -> Slabs:
     """Cut arcs at the heights of all ends of arcs in the same strip (N,)."""
     xp = namespace(arcs.first)
     count = len(strip)
@@ -168,14 +170,13 @@ def _slabs(arcs: Arcs, strip: Any) -> Slabs:
     distinct = xp.concatenate([count_up(1, order), where_true(new) + 1])
     ends = stacked([rank[:count], rank[count:]])
     low, high = xp.minimum(ends[0], ends[1]), xp.maximum(ends[0], ends[1])
-    check_pairs(int((high - low).sum()) / PARTS)
+    check_pairs(int((high - low).sum()) / PARTS, images)
     return Slabs(take(height, distinct), low, high, *expand(low, high - low))
 
 
-def _spans(lines: Climbers, arcs: Arcs, strip: Any, inside: Any, layer: Any) -> Spans:
+def _spans(lines: Climbers, arcs: Arcs, strip: Any, cells: Slabs, inside: Any, layer: Any) -> Spans:
     """Spans of arcs that have been cut where they cross."""
     xp = namespace(strip)
-    cells = _slabs(arcs, strip)
     turn = xp.sign(arcs.last[1] - arcs.first[1])
     member = xp.ones_like(turn)[None]
     if layer is not None:

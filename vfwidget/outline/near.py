@@ -49,10 +49,10 @@ def near_pairs(low: Any, high: Any, group: Any) -> tuple[Any, Any, Any]:
     Raises
     ------
     OverlapError
-        There are more than ``limits.curve_pairs`` pairs.
+        There are more than ``limits.curve_pairs`` pairs for each group.
     """
     xp = namespace(low)
-    band = None
+    band, groups = None, int(group.max()) + 1 if len(group) else 1
     box, after, counts = _sweep(low[0], high[0], group)
     if int(counts.sum()) > CROWDED * len(group):
         bands, listed, band, first = _bands(low[1], high[1])
@@ -72,7 +72,7 @@ def near_pairs(low: Any, high: Any, group: Any) -> tuple[Any, Any, Any]:
             meet &= lowest == take(band[block], at)
         meet = where_true(meet)
         total += len(meet)
-        check_pairs(total)
+        check_pairs(total, groups)
         pairs = stacked([take(one, meet), take(other, meet)])
         found.append((pairs, take(bottom, meet), take(top, meet)))
     if len(found) == 1:
@@ -81,18 +81,18 @@ def near_pairs(low: Any, high: Any, group: Any) -> tuple[Any, Any, Any]:
     return pairs, bottom, top
 
 
-def check_pairs(count: float) -> None:
-    """Refuse curves that are near each other in more pairs than ``limits.curve_pairs``.
+def check_pairs(count: float, images: int) -> None:
+    """Refuse curves that are near each other in more pairs than ``limits.curve_pairs`` an image.
 
     Raises
     ------
     OverlapError
         There are too many.
     """
-    if count > limits.curve_pairs:
+    if count > limits.curve_pairs * images:
         raise OverlapError(
             f"At least {count:,.0f} pairs of curves are near enough to cross, and at most "
-            f"{limits.curve_pairs:,} are compared; simplify the outlines or raise "
+            f"{limits.curve_pairs * images:,} are compared; simplify the outlines or raise "
             "vf.limits.curve_pairs."
         )
 
