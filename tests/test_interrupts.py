@@ -40,13 +40,15 @@ def interrupt_after(seconds: float) -> Iterator[None]:
     # Timeouts of tests use the timer of elapsed time.
     before = signal.signal(signal.SIGVTALRM, interrupt)
     try:
-        signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
-        yield
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        try:
+            signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+            yield
+        finally:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+            signal.signal(signal.SIGVTALRM, before)
     except KeyboardInterrupt:
+        # Also one that arrives while the block ends.
         pass
-    finally:
-        signal.signal(signal.SIGVTALRM, before)
 
 
 def interrupted(action: Callable[[int], object], count: int) -> Iterator[None]:
