@@ -39,8 +39,8 @@ def simple(shape: Shape) -> Shape:
 
 def filled(shape: Shape):
     """A shape without overlaps as a fine polygon, holes included."""
-    parts = np.split(shape.segments, np.cumsum(shape.sizes)[:-1])
-    rings = [Polygon(np.einsum("tk,skc->stc", WEIGHTS, part).reshape(-1, 2)) for part in parts]
+    fine = [np.einsum("tk,skc->stc", WEIGHTS, contour) for contour in shape.contours]
+    rings = [Polygon(points.reshape(-1, 2)) for points in fine]
     return reduce(Polygon.symmetric_difference, rings)
 
 

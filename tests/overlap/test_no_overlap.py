@@ -108,7 +108,8 @@ def test_what_cannot_be_resolved():
 
 
 def test_the_nearest_state_is_found_where_nothing_is_free():
-    # Making the letter smaller gains much; what gains a hair more is not worth a leap.
+    # Making the letter smaller gains much. The little that is gained beyond that does not
+    # justify a large move.
     text = vf.Text("dynapuff", "o", axes={"wght": 600})
     solution = vf.resolve_overlaps(text, [HUGE], restarts=2)
     assert not solution.free and solution.status == "unreachable"

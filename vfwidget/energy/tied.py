@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, IntArray
+from ..arrays import Array, IntArray, padded_table
 from ..errors import SolveError
 from ..text import Text
 from ..text.place import AXES, Unknowns
@@ -37,6 +37,8 @@ def energy_of(
         As :class:`Energy`; or ``ties`` are no groups of letters, or a letter is in two of them.
     """
     energy = Energy(text, terms, free, locks)
+    if isinstance(ties, tuple | list) and not ties:
+        return energy
     leaders = _leaders(ties, len(text.glyphs))
     if (
         text.shared
@@ -158,12 +160,7 @@ class TiedEnergy(Energy):
         return self._merged(self._whole.all_kinks)
 
     def _merged(self, kinks: Array) -> Array:
-        size = len(self.lower)
-        found = [np.unique(kinks[self._source == i]) for i in range(size)]
-        table = np.full((size, max(map(len, found), default=1)), np.inf)
-        for row, values in zip(table, found, strict=True):
-            row[: len(values)] = values
-        return table
+        return padded_table([np.unique(kinks[self._source == i]) for i in range(len(self.lower))])
 
     def by_letter(self, values: Any) -> Any:
         """As :meth:`Energy.by_letter`."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -90,7 +89,7 @@ class Scene:
             self._outlines = Outlines([*self._letters, *shapes], len(self._letters))
         self._shapes = shapes
         segments = [np.zeros((0, 4, 2)), *(shape.segments for shape in shapes)]
-        contours = tuple(c for shape in shapes for c in _contours(shape))
+        contours = tuple(c for shape in shapes for c in shape.contours)
         return self._outlines, np.concatenate(segments), contours
 
 
@@ -110,10 +109,6 @@ def _is_convex(shape: Shape) -> bool:
     scale = 1e-9 * float((sides * sides).sum(1).max())
     angle = np.arctan2(turns, (sides * np.roll(sides, -1, 0)).sum(1)).sum()
     return bool(((turns >= -scale).all() or (turns <= scale).all()) and abs(angle) < 7)
-
-
-def _contours(shape: Shape) -> Sequence[Array]:
-    return np.split(shape.segments, np.cumsum(shape.sizes)[:-1])
 
 
 def _stroke(shape: Shape) -> float:

@@ -149,17 +149,18 @@ def simulate(
         frame=read_number("dt", dt, 0.0, math.inf, True),
         substeps=None if auto else read_count('substeps must be "auto" or', substeps),
     )
-    masses = read_masses(mass, letters)
-    pushes = read_impulses(impulses, letters, read_flag("rotations", rotations))
-    outside = _Influences(text, over_time(rest), over_time(forces))
-    outside.at(0.0)
-    scene = Scene(text, over_time(obstacles))
-    body = Body(text, masses, read_flag("positions", positions), bool(rotations))
+    positions, rotations = read_flag("positions", positions), read_flag("rotations", rotations)
     if rotations and not positions:
         raise MotionError(
             "rotations=True needs positions=True, because a letter rotates about its centre of "
             "mass, which then moves its origin."
         )
+    masses = read_masses(mass, letters)
+    pushes = read_impulses(impulses, letters, rotations)
+    outside = _Influences(text, over_time(rest), over_time(forces))
+    outside.at(0.0)
+    scene = Scene(text, over_time(obstacles))
+    body = Body(text, masses, positions, rotations)
     start = apart(body, scene)
     laws = replace(
         laws, stiffness=laws.stiffness * body.inertia, damping=laws.damping * body.inertia

@@ -301,7 +301,7 @@ class _Step:
             place = self._solve([*terms, Contact(before)], place)
             touches = self._touches(place, self.reach)
         place, touches, depth = self._apart(terms, touches, place)
-        force = np.sqrt(STIFFNESS) * Contact(touches).residual_at(place)
+        force = Contact(touches).force_at(place)
         if self.laws.friction and force.any():
             pressed = np.flatnonzero(force > 0)
             rubbing = Touches(self.body, touches.gaps.some(pressed), self.later)
@@ -309,7 +309,7 @@ class _Step:
             if abs(rubbing.relative(place) - start).max() > SLIP / 10:
                 terms.append(Friction(rubbing, start, self.laws.friction * force[pressed]))
                 place, touches, depth = self._apart(terms, touches, place)
-                force = np.sqrt(STIFFNESS) * Contact(touches).residual_at(place)
+                force = Contact(touches).force_at(place)
         state = self._moved(place, self._letters_of(touches.gaps.some(force > 0)))
         return state if self.scene.moving else self._without_gain(state), depth
 

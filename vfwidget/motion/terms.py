@@ -159,6 +159,10 @@ class Contact(Term):
         gaps = (self.touches.relative(place) * self.touches.normals).sum(1)
         return np.asarray(gaps - self.least)
 
+    def force_at(self, place: Mapping[str, Array]) -> Array:
+        """How strongly each contact presses, (C,)."""
+        return np.sqrt(self.weight) * self.residual_at(place)
+
     def jacobian_at(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
         """Its derivative (C, N)."""
         beyond = self.residual_at(place) > 0

@@ -117,7 +117,6 @@ class _Way:
     ) -> None:
         self.text, self.terms, self.keep = text, terms, keep
         self.locks, self.ties = locks, ties
-        self.points = text.point_set()
         self.wish = energy_of(text, terms, locks=locks, ties=ties)
         self.room = Room(self.wish, keep)
         self.start = self.wish.unknowns.start
@@ -158,7 +157,7 @@ class _Way:
 
     def nearby(self, x: Array, goal: Array) -> Array:
         """The goal, or a state on the way to it if points would move farther than a substep."""
-        points = [self.points.positions(self.place(state)) for state in (x, goal)]
+        points = [self.room.points.positions(self.place(state)) for state in (x, goal)]
         most = float(np.hypot(*(points[1] - points[0]).T).max(initial=0.0))
         return goal if most <= SUBSTEP else x + SUBSTEP / most * (goal - x)
 

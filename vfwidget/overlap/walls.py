@@ -16,6 +16,7 @@ import numpy as np
 from ..arrays import Array, IntArray
 from ..energy.energy import Energy
 from ..solver.drivers import minimise
+from ..solver.linearize import OFFSET
 from ..solver.problem import Problem, Proximity, Tolerances
 from .collisions import Collisions, collisions
 from .no_overlap import NoOverlap
@@ -36,8 +37,6 @@ STEPS = 40
 """Most steps of the solver under one set of inequalities; they evaluate no outlines."""
 TOLERANCES = Tolerances(step=1e-7, absolute_cost=1e-10)
 """In normalized coordinates, and in square font units."""
-BESIDE = 1e-8
-"""Offset from a kink, in normalized coordinates, at which the derivative below it is taken."""
 PLANES = -1
 """Stands for a pair in the inequalities of planes."""
 
@@ -123,11 +122,11 @@ class Room:
         side, walls = x, self.walls(look, x, *contacts)
         at_kink = (kinks == x[:, None]).any(1) & (lower < x)
         if at_kink.any():
-            beside = np.where(at_kink, x - BESIDE, x)
-            others = self.walls(look, beside, *contacts)
-            up, down = self.slope(x, walls), self.slope(beside, others)
+            left = np.where(at_kink, x - OFFSET, x)
+            others = self.walls(look, left, *contacts)
+            up, down = self.slope(x, walls), self.slope(left, others)
             falls = at_kink & (np.maximum(-up, 0.0) < down)
-            side = np.where(falls, beside, x)
+            side = np.where(falls, left, x)
             walls = walls._replace(slopes=np.where(falls, others.slopes, walls.slopes))
             walls = walls._replace(offsets=contacts[1] + CLEAR - walls.slopes @ x)
             lower, upper = np.where(at_kink & ~falls, x, lower), np.where(falls, x, upper)

@@ -39,7 +39,7 @@ PLACES = ("axes", "shared", "_pins", "locks", "constraints")
 ALIASES = {"value": "axes", "_pins": "pins"}
 """Traits with the same content as another one."""
 STATE_TRAITS = [*PLACES, "avoid_overlaps"]
-"""The traits that the view is told again when it has sent something that cannot be taken."""
+"""The traits that the view is told again when it has sent something that is not valid."""
 VIEW_TRAITS = {*STATE_TRAITS, "teaching", "_gesture"}
 """All traits that the view may set."""
 SNAPSHOT_HEIGHT = 180

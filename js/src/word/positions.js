@@ -110,10 +110,10 @@ export class Positions {
   kinks() {
     if (this.#word.kinks) return this.#word.kinks;
     const { regions, axes } = this.#word, { first, axis, start, peak, end } = regions;
-    const felt = new Set(this.#points.flatMap(({ parts, advances }) =>
+    const used = new Set(this.#points.flatMap(({ parts, advances }) =>
       [...parts, ...advances].flatMap((part) => [part.x, part.y].flatMap((form) => form?.regions ?? []))));
     const kinks = axes.map(() => /** @type {Set<number>} */ (new Set()));
-    for (const j of felt) {
+    for (const j of used) {
       for (let i = first[j]; i < first[j + 1]; i++) for (const w of [start[i], peak[i], end[i]]) kinks[axis[i]].add(w);
     }
     return kinks.map((values) => [...values].sort((a, b) => a - b));
