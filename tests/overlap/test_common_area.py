@@ -201,10 +201,10 @@ def test_gradient_is_the_difference_of_areas(name, string):
 
 def test_a_long_line_has_few_pairs():
     shapes = letters(vf.Text("recursive", "variable" * 10))
-    pairs = pairs_nearby(shapes, gap=20)
+    boxes = np.array([shape.box for shape in shapes])
+    pairs = pairs_nearby(boxes, len(boxes), gap=20)
     assert len(pairs) <= 2 * len(shapes)
     assert (np.diff(pairs, axis=1) >= 1).all()
-    boxes = np.array([shape.box for shape in shapes])
     want = {
         (i, j)
         for i in range(len(shapes))
@@ -217,7 +217,7 @@ def test_a_long_line_has_few_pairs():
 def test_many_pairs_at_once_are_the_pairs_by_themselves():
     line = letters(vf.Text("dynapuff", "variable"))
     shapes = [moved(shape, (-220.0 * i, 0)) for i, shape in enumerate(line)]
-    pairs = pairs_nearby(shapes)
+    pairs = pairs_nearby(np.array([shape.box for shape in shapes]), len(shapes))
     together = common_area([(shapes[i], shapes[j]) for i, j in pairs]).area
     alone = [area(shapes[i], shapes[j]) for i, j in pairs]
     np.testing.assert_allclose(together, alone, rtol=1e-9, atol=1e-9)

@@ -8,7 +8,7 @@ import pytest
 import vfwidget as vf
 from vfwidget.overlap.follow import follow
 from vfwidget.overlap.shape import read_obstacles
-from vfwidget.overlap.swept import free_part
+from vfwidget.overlap.swept import first_contact
 
 
 def common(text, obstacles=()):
@@ -21,43 +21,55 @@ def bar(width, angle):
     return corners @ np.array(turn)
 
 
+def contact(text, end, obstacles=(), between_glyphs=True):
+    """Where the way from a text to another place is first blocked."""
+    points, start, word = text.point_set(), text.place, text.word.contours
+
+    def at(t):
+        place = {name: start[name] + t * (end[name] - start[name]) for name in start}
+        return points.positions(place)[word.segments]
+
+    contours = [glyph.contours for glyph in text.glyphs]
+    return first_contact(at, contours, obstacles, between_glyphs)
+
+
 def moved(text, x, y=0.0):
     return {**text.place, "offsets": text.place["offsets"] + [(x, y)]}
 
 
-@pytest.mark.parametrize("width", [0.5, 10, 40, 120])
-@pytest.mark.parametrize("step", [60, 150, 2000])
+@pytest.mark.parametrize("width", [0.5, 5, 10, 40, 120])
+@pytest.mark.parametrize("step", [5, 20, 60, 150, 2000])
 def test_no_bar_is_passed_unseen(width, step):
     text = vf.Text("roboto-flex", "l")
     beam = bar(width, 0.01 * step % 0.7 - 0.3)
     obstacles = read_obstacles([beam])
-    text = text.at(offsets=[(-1600, 0)])
+    text = text.at(offsets=[(-min(1600, 500 + 2 * step), 0)])
     for _ in range(3000 // step + 1):
-        end = moved(text, step)
-        part = free_part(text, end, obstacles)
+        part, beyond = contact(text, moved(text, step), obstacles)
         if part < 1:
             break
-        text = text.moved_to(end)
+        text = text.moved_to(moved(text, step))
     assert part < 1
-    contact = common(text.moved_to(moved(text, part * step)), [beam])
-    assert 0 <= contact <= 1.0
-    assert common(text.moved_to(moved(text, (part + 0.02) * step)), [beam]) > contact
+    assert common(text.moved_to(moved(text, part * step)), [beam]) == 0
+    assert common(text.moved_to(moved(text, beyond * step)), [beam]) > 0
+    # Little is lost of the way to the contact.
+    assert (beyond - part) * step < 0.6
 
 
 def test_the_whole_way_is_free_where_nothing_is_near():
     text = vf.Text("recursive", "variable", shared=False)
     end = {**text.place, "axes": text.place["axes"] + 0.2}
-    assert free_part(text, end) == 1.0
-    assert free_part(vf.Text("recursive", " "), vf.Text("recursive", " ").place) == 1.0
+    assert contact(text, end).free == 1.0
+    assert contact(vf.Text("recursive", " "), vf.Text("recursive", " ").place).free == 1.0
 
 
 def test_letters_meet_each_other():
     text = vf.Text("dynapuff", "oo")
     start = text.at(offsets=[(-300, 0), (0, 0)])
     end = {**start.place, "offsets": np.array([(1500.0, 0), (0, 0)])}
-    part = free_part(start, end)
+    part = contact(start, end).free
     assert 0.1 < part < 0.9
-    assert free_part(start, end, between_glyphs=False) == 1.0
+    assert contact(start, end, between_glyphs=False).free == 1.0
 
 
 def drag(text, handle, way, obstacles=(), between=True):

@@ -41,6 +41,8 @@ class Contours(tuple[int, ...]):
 
     def __new__(cls, segments: Iterable[int] = ()) -> Contours:
         """Check the numbers of segments and keep them."""
+        if isinstance(segments, Contours):
+            return segments
         try:
             counts = tuple(index(count) for count in segments)
         except TypeError:

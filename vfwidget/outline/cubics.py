@@ -21,8 +21,8 @@ AREA = np.array([[-10, 6, 3, 1], [-6, 0, 3, 3], [-3, -3, 0, 6], [-1, -3, -6, 10]
 """∫ x dy along a cubic is xᵀ AREA y: the integrals of Bᵢ Bⱼ′ over 0 … 1."""
 
 
-def bernstein(t: float) -> Array:
-    """The four weights of a cubic's control points at parameter t in 0 … 1."""
+def bernstein(t: float | Array) -> Array:
+    """The four weights of a cubic's control points at parameters t (…) in 0 … 1: (4, …)."""
     u = 1 - t
     return np.array([u * u * u, 3 * u * u * t, 3 * u * t * t, t * t * t])
 

@@ -77,9 +77,24 @@ def collisions(
     gap: float = 0.0,
 ) -> Collisions:
     """The pairs whose boxes overlap, or are nearer than a gap, with their common areas."""
-    own, others = list(letters), list(obstacles)
-    inner = pairs_nearby(own, gap=gap) if between_glyphs else np.zeros((0, 2), dtype=np.intp)
-    outer = pairs_nearby(own, others, gap)
-    shapes = [(own[i], own[j]) for i, j in inner] + [(own[i], others[j]) for i, j in outer]
-    obstacle = np.arange(len(shapes)) >= len(inner)
-    return Collisions(np.concatenate([inner, outer]), obstacle, common_area(shapes))
+    shapes, count = [*letters, *obstacles], len(letters)
+    pairs = pairs_nearby(np.array([shape.box for shape in shapes]), count, between_glyphs, gap)
+    common = common_area([(shapes[i], shapes[j]) for i, j in pairs.tolist()])
+    obstacle = pairs[:, 1] >= count
+    pairs[obstacle, 1] -= count
+    return Collisions(pairs, obstacle, common)
+
+
+def areas(
+    states: Sequence[Sequence[Shape]], obstacles: Sequence[Shape], between_glyphs: bool = True
+) -> Array:
+    """The sum of all common areas, for letters in several states (s,); quicker than one by one."""
+    shapes, counts = list[tuple[Shape, Shape]](), []
+    for letters in states:
+        both = [*letters, *obstacles]
+        boxes = np.array([shape.box for shape in both])
+        pairs = pairs_nearby(boxes, len(letters), between_glyphs).tolist()
+        shapes += [(both[i], both[j]) for i, j in pairs]
+        counts.append(len(pairs))
+    state = np.repeat(np.arange(len(states)), counts)
+    return np.bincount(state, common_area(shapes).area, len(states)).astype(np.float64)

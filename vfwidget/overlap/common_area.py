@@ -103,27 +103,45 @@ class Common(NamedTuple):
 
 
 def pairs_nearby(
-    first: list[Shape], second: list[Shape] | None = None, gap: float = 0.0
+    boxes: Array, letters: int, between_glyphs: bool = True, gap: float = 0.0
 ) -> IntArray:
-    """Pairs (P, 2) whose boxes overlap or are closer than a gap.
+    """Pairs (P, 2) of letters, and of letters and obstacles, whose boxes are near each other.
 
-    Pairs of a shape of ``first`` and one of ``second``; without ``second``, pairs of ``first``.
-    The shapes are sorted from left to right, so a long line costs little more than its neighbours.
+    Parameters
+    ----------
+    boxes : (n, 2, 2) array
+        The lower left and upper right corner of each box; letters first, then obstacles.
+    letters : int
+        How many of them are letters.
+    between_glyphs : bool
+        Whether pairs of letters count. They come first. Default True.
+    gap : float
+        Boxes that are closer than this are near.
     """
-    others = first if second is None else second
-    if not first or not others:
+    own, others = boxes[:letters], boxes[letters:]
+    outer = _nearby(own, others, gap)
+    outer[:, 1] += letters
+    if not between_glyphs:
+        return outer
+    inner = _nearby(own, own, gap)
+    return np.concatenate([inner[inner[:, 0] < inner[:, 1]], outer])
+
+
+def _nearby(first: Array, second: Array, gap: float) -> IntArray:
+    """Pairs of a box of ``first`` and one of ``second`` that are closer than a gap, in order.
+
+    The boxes are sorted from left to right, so a long line costs little more than its neighbours.
+    """
+    if not len(first) or not len(second):
         return np.zeros((0, 2), dtype=np.intp)
-    one, other = (np.array([shape.box for shape in side]) for side in (first, others))
-    order = np.argsort(other[:, 0, 0], kind="stable")
-    least = other[order, 0, 0]
-    widest = (other[:, 1, 0] - other[:, 0, 0]).max()
-    begin = np.searchsorted(least, one[:, 0, 0] - gap - widest)
-    end = np.searchsorted(least, one[:, 1, 0] + gap)
+    order = np.argsort(second[:, 0, 0], kind="stable")
+    least = second[order, 0, 0]
+    widest = (second[:, 1, 0] - second[:, 0, 0]).max()
+    begin = np.searchsorted(least, first[:, 0, 0] - gap - widest)
+    end = np.searchsorted(least, first[:, 1, 0] + gap)
     i, at = expand(begin, np.maximum(end - begin, 0))
     j = order[at]
-    near = (one[i, 0] - gap < other[j, 1]).all(1) & (other[j, 0] - gap < one[i, 1]).all(1)
-    if second is None:
-        near &= i < j
+    near = (first[i, 0] - gap < second[j, 1]).all(1) & (second[j, 0] - gap < first[i, 1]).all(1)
     found = np.stack([i[near], j[near]], 1)
     return found[np.lexsort(found.T[::-1])]
 

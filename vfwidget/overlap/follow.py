@@ -17,6 +17,7 @@ import numpy as np
 from ..arrays import Array
 from ..energy import Solution, StayClose, Term
 from ..energy.descent import Descent, descend
+from ..energy.energy import Energy
 from ..energy.solve import solution_of
 from ..energy.tied import Ties, energy_of
 from ..outline.monotone import evaluate
@@ -25,13 +26,14 @@ from ..text import Text
 from .collisions import Collisions
 from .no_overlap import NoOverlap
 from .overlaps import TOUCH
-from .swept import PASSING, free_part
 from .walls import Room, Walls
 
 ROUNDS = 3
 """Most times that the inequalities are found again."""
 SUBSTEP, SUBSTEPS = 40.0, 3
 """Font units by which points move at most in a substep along a contact, and substeps at a call."""
+HALVINGS = 3
+"""Most times that a step is halved because it leaves a larger common area than before."""
 LESS = 1e-2
 """A further substep is tried if one lowers the cost by this part of it."""
 CALM = 0.02
@@ -88,10 +90,12 @@ def follow(
     Followed
         The state has no more common area than ``text``.
     """
-    way = _Way(text, terms, keep, locks, ties)
-    direct = descend(way.wish, way.wish.unknowns.start, TOLERANCES, max_iterations)
-    x, goal = way.start, direct.state.x
-    if way.is_clear(x, goal):
+    wish = energy_of(text, terms, locks=locks, ties=ties)
+    direct = descend(wish, wish.unknowns.start, TOLERANCES, max_iterations)
+    x, goal = wish.unknowns.start, direct.state.x
+    way = _Way(text, terms, wish, keep, locks, ties)
+    way.limit, area = np.maximum(way.room.areas(x, goal), [TOUCH, 0.0])
+    if area <= way.limit and way.room.contact(x, goal).free == 1:
         return Followed(solution_of(way.wish, direct))
     contacts, cost = [NOWHERE], way.cost(x)
     for _ in range(SUBSTEPS):
@@ -111,53 +115,53 @@ class _Way:
         self,
         text: Text,
         terms: Sequence[Term],
+        wish: Energy,
         keep: NoOverlap,
         locks: Collection[str],
         ties: Ties,
     ) -> None:
-        self.text, self.terms, self.keep = text, terms, keep
+        self.text, self.terms, self.wish, self.keep = text, terms, wish, keep
         self.locks, self.ties = locks, ties
-        self.wish = energy_of(text, terms, locks=locks, ties=ties)
-        self.room = Room(self.wish, keep)
-        self.start = self.wish.unknowns.start
-        self.limit = max(self.room.look(self.start).area, TOUCH)
+        self.room = Room(wish, keep)
+        self.limit = TOUCH
+        """The largest common area of an accepted state."""
 
     def place(self, x: Array) -> dict[str, Array]:
         """All blocks of the text at a state."""
         return self.wish.unknowns.place(x)
-
-    def free(self, x: Array, end: Array, allowed: float) -> float:
-        """The part of the way between two states that is free."""
-        here = self.text.moved_to(self.place(x))
-        shapes, between = self.room.keep.shapes, self.room.keep.between_glyphs
-        return free_part(here, self.place(end), shapes, between, allowed)
-
-    def is_clear(self, x: Array, end: Array) -> bool:
-        """Whether a state is free, and the way from x to it."""
-        return self.free(x, end, PASSING) == 1.0 and self.room.look(end).area <= self.limit
 
     def slide(self, x: Array, goal: Array) -> tuple[Array, Array]:
         """One substep from x towards a goal, along what is in the way; and the contacts (c, 2)."""
         here = self.text.moved_to(self.place(x))
         calm = StayClose((CALM * self.text.font.units_per_em) ** 2, here.theta)
         terms = [*self.terms, calm]
-        room = Room(energy_of(self.text, terms, locks=self.locks, ties=self.ties), self.keep)
+        room = self.room.under(energy_of(self.text, terms, locks=self.locks, ties=self.ties))
         walls, contacts = list[Walls](), [NOWHERE]
-        for _ in range(ROUNDS):
+        for left in reversed(range(ROUNDS + 1)):
             goal = self.nearby(x, goal)
-            reached = x + self.free(x, goal, PASSING) * (goal - x)
-            look = room.look(reached)
-            if (reached == goal).all() and look.area <= self.limit:
+            contact = self.room.contact(x, goal)
+            if contact.free == 1 and room.areas(goal)[0] <= self.limit:
                 return goal, np.concatenate(contacts)
+            if not left:
+                break
+            look = room.look(x + contact.beyond * (goal - x))
             contacts.append(middles(look.found))
             goal, found = room.step(look, walls)
             walls.append(found)
-        goal = self.nearby(x, goal)
-        return x + self.free(x, goal, TOUCH) * (goal - x), np.concatenate(contacts)
+        return self.accepted(x, goal, contact.free), np.concatenate(contacts)
+
+    def accepted(self, x: Array, goal: Array, part: float) -> Array:
+        """A state on the free part of the way whose common area is within the limit, or x."""
+        for _ in range(HALVINGS):
+            reached = x + part * (goal - x)
+            if self.room.areas(reached)[0] <= self.limit:
+                return reached
+            part /= 2
+        return x
 
     def nearby(self, x: Array, goal: Array) -> Array:
         """The goal, or a state on the way to it if points would move farther than a substep."""
-        points = [self.room.points.positions(self.place(state)) for state in (x, goal)]
+        points = [self.room.positions(state) for state in (x, goal)]
         most = float(np.hypot(*(points[1] - points[0]).T).max(initial=0.0))
         return goal if most <= SUBSTEP else x + SUBSTEP / most * (goal - x)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -36,23 +37,27 @@ class Shape:
 
     def __init__(self, segments: Array, sizes: Sequence[int]) -> None:
         self.segments, self.sizes = segments, Contours(sizes)
-        starts = np.cumsum([0, *self.sizes[:-1]]) if self.sizes else np.zeros(0, dtype=np.intp)
-        self.low = np.minimum.reduceat(segments.min(1), starts) if self.sizes else np.zeros((0, 2))
-        """Lower left corner of each contour's control points, (c, 2)."""
-        self.high = np.maximum.reduceat(segments.max(1), starts) if self.sizes else np.zeros((0, 2))
-        """Upper right corner, (c, 2)."""
+
+    @cached_property
+    def boxes(self) -> Array:
+        """A box around the control points of each contour, (c, 2, 2)."""
+        if not self.sizes:
+            return np.zeros((0, 2, 2))
+        first = np.cumsum((0, *self.sizes[:-1]))
+        low = np.minimum.reduceat(self.segments.min(1), first)
+        return np.stack([low, np.maximum.reduceat(self.segments.max(1), first)], 1)
 
     @property
     def contours(self) -> list[Array]:
         """The segments of each contour, (s, 4, 2)."""
         return np.split(self.segments, np.cumsum(self.sizes)[:-1]) if self.sizes else []
 
-    @property
+    @cached_property
     def box(self) -> Array:
         """The box around all control points, (2, 2); an empty shape has an empty one."""
-        if not len(self.low):
+        if not self.sizes:
             return np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
-        return np.stack([self.low.min(0), self.high.max(0)])
+        return np.stack([self.boxes[:, 0].min(0), self.boxes[:, 1].max(0)])
 
     def union(self) -> Spans:
         """The parts of the segments that bound the shape."""
@@ -69,7 +74,7 @@ class Shape:
 
     def near(self, box: Array) -> tuple[IntArray, list[int]]:
         """The segments of the contours that reach into a box, and their numbers."""
-        kept = (self.low < box[1]).all(1) & (self.high > box[0]).all(1)
+        kept = ((self.boxes[:, 0] < box[1]) & (self.boxes[:, 1] > box[0])).all(1)
         sizes = np.array(self.sizes, dtype=np.intp)
         return np.flatnonzero(np.repeat(kept, sizes)), sizes[kept].tolist()
 
@@ -85,13 +90,16 @@ def letters(text: Text, points: Array | None = None) -> list[Shape]:
     """
     if points is None:
         points = text.point_set().positions(text.place)
-    segments = points[text.word.contours.segments]
-    counts = [glyph.contours for glyph in text.glyphs]
-    ends = np.cumsum([sum(contours) for contours in counts])
-    return [
-        Shape(segments[end - sum(contours) : end], contours)
-        for contours, end in zip(counts, ends, strict=True)
-    ]
+    contours = text.word.contours
+    whole, shapes, segment, contour = Shape(points[contours.segments], contours), [], 0, 0
+    for glyph in text.glyphs:
+        ends = segment + sum(glyph.contours), contour + len(glyph.contours)
+        shape = Shape(whole.segments[segment : ends[0]], glyph.contours)
+        # The boxes of all contours are found together.
+        shape.boxes = whole.boxes[contour : ends[1]]
+        shapes.append(shape)
+        segment, contour = ends
+    return shapes
 
 
 def read_obstacles(obstacles: Any) -> list[Shape]:

@@ -1,191 +1,277 @@
-r"""How far letters can move along a straight way before they meet each other or an obstacle.
+r"""How far shapes can move along a straight way before they meet.
 
 Between two states every corner of the flattened outlines moves along a straight line. A corner
 crosses an edge where :math:`(b - a) × (p - a) = 0`, which is a quadratic equation in the time.
-Between two such events nothing begins or ends to overlap. Therefore the common area is computed
-once between any two events that follow each other, and no bar is passed unseen, however thin it
-is and however long the step.
+Between two such events nothing begins or ends to overlap. Therefore the exact common area is
+computed soon after each event and midway to the next one, and no bar is passed unseen, however thin
+it is and however long the step. Shapes without an event are not looked at.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, IntArray
+from ..arrays import Array, IntArray, begins, expand
+from ..outline.contours import Contours
 from ..outline.cubics import bernstein
-from ..text import Text
+from ..outline.near import near_pairs
 from .common_area import common_area, pairs_nearby
-from .shape import Shape, letters
+from .overlaps import TOUCH
+from .shape import Shape
 
-PASSING = 1.0
-"""Square font units: two shapes that slide along each other may overlap by less on the way."""
-CHORDS = 4
-"""Straight edges that replace a curved segment where events are searched."""
+SAG = 0.05
+"""Font units: a curve is at most so far away from the edges that replace it."""
+MOST_CHORDS = 32
+"""Edges that replace one segment, at most."""
 STRAIGHT = 0.25
-"""Font units: a step is divided until the ways of all points are straight to within this."""
+"""Font units: a way is divided until the ways of all points are straight to within this."""
 MOST_PIECES = 16
 DEEP = 0.01
 """Font units: a corner that stays nearer to an edge slides along it, and does not cross it."""
-BISECTIONS = 20
-"""Most halvings towards the time at which the common area of a pair is the largest allowed."""
+BEYOND = 0.3
+"""Font units by which points move on after an event until the common area is computed."""
+MARGIN = 0.2
+"""Font units that points stay away from an event, because edges replace curves."""
+SAME = 1e-6
+"""Events of a pair that follow each other within this part of the way are one."""
 MOST_EVENTS = 48
 """Of a pair in one piece of the way; if there are more, they are thinned out evenly."""
+WAVE = 8
+"""Common areas that are computed together at first. Their number doubles until one is too large."""
 
 
-class Edges(NamedTuple):
-    """Edges of flattened outlines: their starts and ends (2, E, 2) at two times."""
+class Contact(NamedTuple):
+    """Where a way is blocked.
 
-    start: Array
-    end: Array
+    Attributes
+    ----------
+    free : float
+        The way is free up to this part of it; 1 if all of it is free.
+    beyond : float
+        At this part something overlaps, a little farther on; 1 if the way is free.
+    """
+
+    free: float
+    beyond: float
 
 
-def free_part(
-    text: Text,
-    end: Mapping[str, Array],
+CLEAR_WAY = Contact(1.0, 1.0)
+
+
+def first_contact(
+    at: Callable[[float], Array],
+    letters: Sequence[Contours],
     obstacles: Sequence[Shape] = (),
     between_glyphs: bool = True,
-    allowed: float = PASSING,
-) -> float:
-    """The largest t in 0 … 1 for which the straight way to another place is free up to t.
+) -> Contact:
+    """Where a way of letters is first blocked.
 
     Parameters
     ----------
-    text : Text
-        Where the way begins. Letters that overlap there may overlap on the way, by no more than
-        at the beginning.
-    end : mapping of block name to array
-        Where it ends, as :attr:`Text.place`.
+    at : callable
+        From a time 0 … 1 to the segments (S, 4, 2) of all letters. Letters that overlap at time 0
+        may overlap on the way, by no more than then.
+    letters : sequence of Contours
+        The contours of each letter.
     obstacles : sequence of Shape
     between_glyphs : bool
         Whether letters must not meet each other. Default True.
-    allowed : float
-        Common area of a pair that counts as none, in square font units.
 
-    Returns
-    -------
-    float
-        1.0 if the whole way is free. Otherwise the time of the contact, at which the common area
-        is at most ``allowed``, and more than half of it if it grows slowly enough.
+    Notes
+    -----
+    Whatever begins to overlap on the way is found. An overlap that exists at the beginning, and
+    becomes larger at the end without an event in between, is not.
     """
-    points, start, others = text.point_set(), text.place, list(obstacles)
-
-    def at(t: float) -> list[Shape]:
-        place = {name: start[name] + t * (end[name] - start[name]) for name in start}
-        return letters(text, points.positions(place))
-
-    first, middle, last = at(0.0), at(0.5), at(1.0)
-    pieces = _pieces(first, middle, last)
-    before = first
+    still = [np.zeros((0, 4, 2)), *(shape.segments for shape in obstacles)]
+    sizes = [*letters, *(shape.sizes for shape in obstacles)]
+    before, middle, last = at(0.0), at(0.5), at(1.0)
+    pieces = _pieces(before, middle, last)
     for i in range(pieces):
         after = last if i + 1 == pieces else at((i + 1) / pieces)
-        state = partial(_within, at, i, pieces)
-        contact = _first_contact(before, after, others, between_glyphs, allowed, state)
-        if contact is not None:
-            return (i + contact) / pieces
+        both = np.stack([np.concatenate([part, *still]) for part in (before, after)])
+        contact = Motion(both, sizes).first_contact(len(letters), between_glyphs)
+        if contact.free < 1:
+            return Contact((i + contact.free) / pieces, (i + contact.beyond) / pieces)
         before = after
-    return 1.0
+    return CLEAR_WAY
 
 
-def _within(at: Callable[[float], list[Shape]], piece: int, pieces: int, t: float) -> list[Shape]:
-    """The letters at a time 0 … 1 of one piece of the way."""
-    return at((piece + t) / pieces)
-
-
-def _pieces(first: list[Shape], middle: list[Shape], last: list[Shape]) -> int:
+def _pieces(first: Array, middle: Array, last: Array) -> int:
     """The number of steps into which a way is divided, so that points move straight in each."""
-    bent = [
-        abs(m.segments - (a.segments + b.segments) / 2).max(initial=0.0)
-        for a, m, b in zip(first, middle, last, strict=True)
-    ]
-    return min(MOST_PIECES, max(1, math.ceil(math.sqrt(max(bent, default=0.0) / STRAIGHT))))
+    bent = float(abs(middle - (first + last) / 2).max(initial=0.0))
+    return min(MOST_PIECES, max(1, math.ceil(math.sqrt(bent / STRAIGHT))))
 
 
-def _first_contact(
-    before: list[Shape],
-    after: list[Shape],
-    obstacles: list[Shape],
-    between_glyphs: bool,
-    allowed: float,
-    state: Callable[[float], list[Shape]],
-) -> float | None:
-    """The time in 0 … 1 at which a pair meets, if any; ``state`` gives the letters at a time."""
-    moved = [_hull(a, b) for a, b in zip(before, after, strict=True)]
-    inner = pairs_nearby(moved) if between_glyphs else np.zeros((0, 2), dtype=np.intp)
-    outer = pairs_nearby(moved, obstacles)
-    outer[:, 1] += len(moved)
-    near = np.concatenate([inner, outer])
-    if not len(near):
-        return None
-    starts, ends = [*before, *obstacles], [*after, *obstacles]
-    edges = {i: _edges(starts[i], ends[i]) for i in set(near.ravel().tolist())}
-    limit = np.maximum(common_area([(starts[i], starts[j]) for i, j in near]).area, allowed)
-    # Times with one between any two events; and the pairs to which they belong.
-    looked: dict[float, list[Shape]] = {0.0: starts, 1.0: ends}
-    cases = []
-    for pair, (i, j) in enumerate(near):
-        times = np.array([0.0, *_events(edges[i], edges[j]), 1.0])
-        cases += [(t, pair) for t in [*(times[1:] + times[:-1]) / 2, 1.0]]
+class Edges(NamedTuple):
+    """Straight edges that move, each for one pair of shapes.
 
-    def excess(cases: list[tuple[float, int]]) -> Array:
-        for t, _ in cases:
-            if t not in looked:
-                looked[t] = [*state(t), *obstacles]
-        both = [(looked[t][near[pair, 0]], looked[t][near[pair, 1]]) for t, pair in cases]
-        return common_area(both).area - limit[[pair for _, pair in cases]]
+    Attributes
+    ----------
+    start, end : (2, E, 2) arrays
+        Their corners at both times.
+    pair : (E,) int array
+    side : (E,) int array
+        0 if an edge belongs to the first shape of its pair, 1 if to the second.
+    """
 
-    over = [case for case, value in zip(cases, excess(cases), strict=True) if value > 0]
-    if not over:
-        return None
-    high, pair = min(over)
-    low = max([t for t, other in cases if other == pair and t < high], default=0.0)
-    for _ in range(BISECTIONS):
-        t = (low + high) / 2
-        value = excess([(t, pair)])[0]
-        low, high = (low, t) if value > 0 else (t, high)
-        if -limit[pair] / 2 < value <= 0:
-            break
-    return low
+    start: Array
+    end: Array
+    pair: IntArray
+    side: IntArray
 
 
-def _hull(one: Shape, other: Shape) -> Shape:
-    """Both shapes together: their box contains the way from one to the other."""
-    return Shape(np.concatenate([one.segments, other.segments]), [*one.sizes, *other.sizes])
+class Motion:
+    """Shapes that move, each control point along a straight line, from time 0 to 1.
+
+    Parameters
+    ----------
+    segments : (2, S, 4, 2) array
+        Control points at both times: those of letters first, then those of obstacles.
+    sizes : sequence of Contours
+        The contours of each shape.
+    """
+
+    def __init__(self, segments: Array, sizes: Sequence[Contours]) -> None:
+        self.segments, self.sizes = segments, sizes
+        self.counts = np.array([sum(contours) for contours in sizes], dtype=np.intp)
+        self.first = np.cumsum(self.counts) - self.counts
+        self.low, self.high = segments.min((0, 2)), segments.max((0, 2))
+        self.longest = float(np.hypot(*(segments[1] - segments[0]).T).max(initial=0.0))
+        """The longest way of a control point, in font units."""
+
+    def at(self, i: int, t: float) -> Shape:
+        """A shape at a time."""
+        before, after = self.segments[:, self.first[i] : self.first[i] + self.counts[i]]
+        return Shape((1 - t) * before + t * after, self.sizes[i])
+
+    def boxes(self) -> Array:
+        """A box around the way of each shape, (n, 2, 2)."""
+        boxes = np.full((len(self.counts), 2, 2), [[[np.inf], [-np.inf]]])
+        filled = np.flatnonzero(self.counts)
+        if len(filled):
+            boxes[filled, 0] = np.minimum.reduceat(self.low, self.first[filled])
+            boxes[filled, 1] = np.maximum.reduceat(self.high, self.first[filled])
+        return boxes
+
+    def first_contact(self, letters: int, between_glyphs: bool) -> Contact:
+        """Where a letter first meets another letter or an obstacle, among ``letters`` letters."""
+        boxes = self.boxes()
+        pairs = pairs_nearby(boxes, letters, between_glyphs)
+        pair, time = self.events(pairs, boxes)
+        if not len(pair):
+            return CLEAR_WAY
+        return self._first_overlap(pairs, pair, time)
+
+    def events(self, pairs: IntArray, boxes: Array) -> tuple[IntArray, Array]:
+        """Times at which pairs (P, 2) may begin or end to overlap: pair (m,) and time (m,)."""
+        edges = self.edges(pairs, boxes)
+        if not len(edges.pair):
+            return edges.pair, np.zeros(0)
+        both = np.concatenate([edges.start, edges.end])
+        low, high = both.min(0).T - SAME, both.max(0).T + SAME
+        (one, other), _, _ = near_pairs(low, high, edges.pair)
+        apart = edges.side[one] != edges.side[other]
+        one, other = one[apart], other[apart]
+        # Every corner is the start of one edge.
+        corner, edge = np.concatenate([one, other]), np.concatenate([other, one])
+        found, time = crossings(edges.start[:, corner], edges.start[:, edge], edges.end[:, edge])
+        pair = edges.pair[edge[found]]
+        order = np.lexsort((time, pair))
+        pair, time = pair[order], time[order]
+        fresh = begins(pair)
+        fresh[1:] |= np.diff(time) > SAME
+        return pair[fresh], time[fresh]
+
+    def edges(self, pairs: IntArray, boxes: Array) -> Edges:
+        """The edges of each of the pairs (P, 2) that come near the other shape."""
+        low = np.maximum(boxes[pairs[:, 0], 0], boxes[pairs[:, 1], 0])
+        high = np.minimum(boxes[pairs[:, 0], 1], boxes[pairs[:, 1], 1])
+        shape = pairs.ravel()
+        place, segment = expand(self.first[shape], self.counts[shape])
+        pair = place // 2
+        near = (self.low[segment] <= high[pair]) & (self.high[segment] >= low[pair])
+        kept = np.flatnonzero(near.all(1))
+        place, points = place[kept], self.segments[:, segment[kept]]
+        # A cubic is at most an eighth of its largest second derivative away from its chord.
+        bend = np.hypot(*np.moveaxis(np.diff(points, 2, axis=2), -1, 0)).max((0, 2), initial=0.0)
+        chords = np.ceil(np.sqrt(0.75 * bend / SAG)).astype(np.intp).clip(1, MOST_CHORDS)
+        which, k = expand(np.zeros_like(chords), chords)
+        points, place = points[:, which], place[which]
+        start, end = (
+            np.einsum("je,tejd->ted", bernstein((k + step) / chords[which]), points)
+            for step in (0, 1)
+        )
+        return Edges(start, end, place // 2, place % 2)
+
+    def _first_overlap(self, pairs: IntArray, pair: IntArray, time: Array) -> Contact:
+        """The first of the times after events (m,) at which a pair overlaps more than at 0."""
+        looks = _looks(pair, time, BEYOND / self.longest)
+        known, place = np.unique(looks.pair, return_inverse=True)
+        limit, begun, wave = np.zeros(len(known)), 0, WAVE
+        while begun < len(looks.time):
+            some = slice(begun, begun + wave)
+            cases = list(zip(looks.pair[some].tolist(), looks.time[some].tolist(), strict=True))
+            if not begun:
+                cases = [(p, 0.0) for p in known.tolist()] + cases
+            areas = common_area(
+                [(self.at(pairs[p, 0], t), self.at(pairs[p, 1], t)) for p, t in cases]
+            ).area
+            if not begun:
+                limit, areas = np.maximum(areas[: len(known)], 0.0) + TOUCH, areas[len(known) :]
+            over = np.flatnonzero(areas > limit[place[some]])
+            if len(over):
+                first = begun + int(over[0])
+                free = looks.event[first] - MARGIN / self.longest
+                return Contact(max(0.0, float(free)), float(looks.time[first]))
+            begun, wave = begun + wave, 2 * wave
+        return CLEAR_WAY
 
 
-def _edges(before: Shape, after: Shape) -> Edges:
-    """The edges of a shape that moves, flattened at the same parameters at both times."""
-    segments = np.stack([before.segments, after.segments])
-    thirds = np.stack([(2 * s[:, :1] + s[:, 3:]) / 3 for s in segments])
-    bent = abs(segments[:, :, 1:2] - thirds).max((0, 2, 3)) > STRAIGHT
-    weights = np.stack([bernstein(t) for t in np.arange(CHORDS + 1) / CHORDS])
-    curved = np.einsum("cj,tsjd->tscd", weights, segments[:, bent])
-    straight = segments[:, ~bent][:, :, [0, 3]]
-    return Edges(
-        np.concatenate([straight[:, :, 0], curved[:, :, :-1].reshape(2, -1, 2)], 1),
-        np.concatenate([straight[:, :, 1], curved[:, :, 1:].reshape(2, -1, 2)], 1),
-    )
+class Looks(NamedTuple):
+    """Times at which common areas are computed, ascending.
+
+    Attributes
+    ----------
+    time, event : (c,) arrays
+        The time, and that of the last event before it.
+    pair : (c,) int array
+    """
+
+    time: Array
+    event: Array
+    pair: IntArray
 
 
-def _events(one: Edges, other: Edges) -> Array:
-    """The times in 0 … 1, ascending, at which a corner of either crosses an edge of the other."""
-    times = np.sort(np.concatenate([_crossings(one.start, other), _crossings(other.start, one)]))
-    if len(times):
-        times = times[np.append(True, np.diff(times) > 1e-6)]
-    if len(times) > MOST_EVENTS:
-        times = times[np.linspace(0, len(times) - 1, MOST_EVENTS).astype(np.intp)]
-    return times
+def _looks(pair: IntArray, time: Array, soon: float) -> Looks:
+    """Times soon after the beginning and after each event, and midway to the next event."""
+    fresh = np.flatnonzero(begins(pair))
+    counts = np.diff(np.append(fresh, len(pair)))
+    pairs, events, ends = [], [], []
+    for first, count in zip(fresh.tolist(), counts.tolist(), strict=True):
+        times = np.concatenate([[0.0], time[first : first + count], [1.0]])
+        kept = np.arange(count + 1)
+        if count > MOST_EVENTS:
+            kept = np.linspace(0, count, MOST_EVENTS).astype(np.intp)
+        pairs.append(np.full(len(kept), pair[first]))
+        events.append(times[kept])
+        ends.append(times[kept + 1])
+    of, event, end = np.concatenate(pairs), np.concatenate(events), np.concatenate(ends)
+    middle = np.where(end == 1.0, 1.0, (event + end) / 2)
+    both = np.concatenate([np.minimum(event + soon, middle), middle])
+    order = np.argsort(both, kind="stable")
+    return Looks(both[order], np.tile(event, 2)[order], np.tile(of, 2)[order])
 
 
-def _crossings(corners: Array, edges: Edges) -> Array:
-    """The times at which moving corners (2, V, 2) cross moving edges."""
-    corner, edge = _meeting(corners, edges)
-    point, start, end = corners[:, corner], edges.start[:, edge], edges.end[:, edge]
-    side, away = end - start, point - start
+def crossings(corners: Array, starts: Array, ends: Array) -> tuple[IntArray, Array]:
+    """Which corners (2, M, 2) cross edges between ``starts`` and ``ends``, and at which times.
+
+    All of them move along straight lines from time 0 to 1. An edge may be crossed twice.
+    """
+    side, away = ends - starts, corners - starts
     turn, way = side[1] - side[0], away[1] - away[0]
     constant, slope, bend = (
         _cross(side[0], away[0]),
@@ -202,22 +288,8 @@ def _crossings(corners: Array, edges: Edges) -> Array:
         part = (along[0] * along[1]).sum(-1) / (along[0] ** 2).sum(-1)
     crossed = (t >= 0) & (t <= 1) & (part >= -1e-9) & (part <= 1 + 1e-9)
     crossed &= apart > DEEP * np.maximum(*length)
-    return t[crossed]
-
-
-def _meeting(corners: Array, edges: Edges) -> tuple[IntArray, IntArray]:
-    """Corners and edges whose boxes over both times overlap."""
-    if not (corners.size and edges.start.size):
-        return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
-    low, high = corners.min(0), corners.max(0)
-    both = np.concatenate([edges.start, edges.end])
-    bottom, top = both.min(0), both.max(0)
-    # Most corners and edges are far from the other shape altogether.
-    corner = np.flatnonzero(((low <= top.max(0)) & (high >= bottom.min(0))).all(1))
-    edge = np.flatnonzero(((bottom <= high.max(0)) & (top >= low.min(0))).all(1))
-    near = (low[corner, None] <= top[edge]).all(-1) & (high[corner, None] >= bottom[edge]).all(-1)
-    i, j = np.nonzero(near)
-    return corner[i], edge[j]
+    which = np.nonzero(crossed)
+    return which[1], t[which]
 
 
 def _cross(one: Array, other: Array) -> Array:

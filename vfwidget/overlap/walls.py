@@ -8,6 +8,7 @@ energy is then minimised, linearised as well, under the inequalities of the last
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -18,11 +19,12 @@ from ..energy.energy import Energy
 from ..solver.drivers import minimise
 from ..solver.linearize import OFFSET
 from ..solver.problem import Problem, Proximity, Tolerances
-from .collisions import Collisions, collisions
+from .collisions import Collisions, areas, collisions
 from .no_overlap import NoOverlap
 from .overlaps import TOUCH
 from .planes import Planes, find_planes
 from .shape import letters
+from .swept import Contact, first_contact
 
 WALL = 1e4
 """Weight of the inequalities against terms of weight 1, such as a target."""
@@ -37,6 +39,8 @@ STEPS = 40
 """Most steps of the solver under one set of inequalities; they evaluate no outlines."""
 TOLERANCES = Tolerances(step=1e-7, absolute_cost=1e-10)
 """In normalized coordinates, and in square font units."""
+KEPT = 8
+"""States whose control points are kept, because they are needed again."""
 PLANES = -1
 """Stands for a pair in the inequalities of planes."""
 
@@ -91,13 +95,45 @@ class Room:
         self.energy, self.text = energy, energy.text
         self.keep: NoOverlap = keep.bind(self.text)
         self.points = self.text.point_set()
+        self._positions: dict[bytes, Array] = {}
         counts = [sum(glyph.contours) for glyph in self.text.glyphs]
         self.starts = np.cumsum([0, *counts[:-1]])
+
+    def under(self, energy: Energy) -> Room:
+        """The same room for another energy of the same unknowns."""
+        room = copy.copy(self)
+        room.energy = energy
+        return room
+
+    def positions(self, x: Array) -> Array:
+        """All control points at a state, (K, 2)."""
+        key = x.tobytes()
+        if key not in self._positions:
+            if len(self._positions) == KEPT:
+                del self._positions[next(iter(self._positions))]
+            place = self.energy.unknowns.place(x)
+            self._positions[key] = np.asarray(self.points.positions(place))
+        return self._positions[key]
+
+    def areas(self, *states: Array) -> Array:
+        """The common area at each of several states (N,), in square font units."""
+        letters_at = [letters(self.text, self.positions(x)) for x in states]
+        return areas(letters_at, self.keep.shapes, self.keep.between_glyphs)
+
+    def contact(self, x: Array, end: Array) -> Contact:
+        """Where the way between two states is blocked."""
+        index = self.text.word.contours.segments
+        return first_contact(
+            lambda t: self.positions(x + t * (end - x))[index],
+            [glyph.contours for glyph in self.text.glyphs],
+            self.keep.shapes,
+            self.keep.between_glyphs,
+        )
 
     def look(self, x: Array) -> Look:
         """What overlaps at a state."""
         keep, others = self.keep, list(self.keep.shapes)
-        points = self.points.positions(self.energy.unknowns.place(x))
+        points = self.positions(x)
         own = letters(self.text, points)
         found = collisions(own, others, keep.between_glyphs, keep.gap)
         area = float(found.common.area.sum())
