@@ -18,6 +18,7 @@ from vfwidget.matching.looks import View
 from vfwidget.matching.placement import read_placement
 from vfwidget.matching.scene import PLACEMENT, Scene, State, _blur
 from vfwidget.raster import frame
+from vfwidget.raster.coverage import fill
 
 mpl.use("Agg")
 
@@ -719,3 +720,24 @@ def test_a_text_brings_its_font_and_how_axes_are_shared():
     found = vf.match(1 - vf.rasterize(text, (48, 48)).numpy(), text, progress=False)
     assert not found.text.shared
     assert found.axes[0]["wght"] == pytest.approx(600, abs=1)
+
+
+def test_candidates_of_a_long_text_are_drawn_a_few_at_a_time(monkeypatch):
+    text = vf.Text("dynapuff", "long text", axes={"wght": 600})
+    drawn = []
+
+    def watched(points, *others):
+        drawn.append(points.shape[:2])
+        return fill(points, *others)
+
+    monkeypatch.setattr("vfwidget.matching.scene.fill", watched)
+    here = Scene(text, (12, 48))
+    thetas = np.linspace(0, 1, 7)[:, None, None] * text.coordinates
+    places = np.tile(np.array([24.0, 6.0, np.log(0.01), 0.0]), (7, 1))
+    together = here.coverage(thetas, places)
+    curves = drawn[0][1]
+    monkeypatch.setattr("vfwidget.matching.scene.BATCH", 3 * curves)
+    np.testing.assert_allclose(here.coverage(thetas, places), together, atol=1e-12)
+    monkeypatch.setattr("vfwidget.matching.scene.BATCH", curves // 2)
+    np.testing.assert_allclose(here.coverage(thetas, places), together, atol=1e-12)
+    assert [count for count, _ in drawn] == [7, 3, 2, 2, 1, 1, 1, 1, 1, 1, 1]

@@ -29,6 +29,8 @@ PLACEMENT = ("x", "y", "size", "rotation")
 """t in pixels, log s and φ."""
 BESIDE = 1e-7
 """Two states this close share a picture: the solver evaluates slopes 1e-8 away from a kink."""
+BATCH = 2**15
+"""Curves of the candidates that are drawn together: more take more memory and no less time."""
 LEAST_BLUR = 1e-6
 """A variance, in pixels², that is not worth a convolution."""
 
@@ -113,9 +115,12 @@ class Scene:
     def coverage(self, thetas: Array, placements: Array) -> Array:
         """Ink without blur of B candidates, (B, H, W), from (B, parameters, n) and (B, 4)."""
         covered = np.empty((len(thetas), *self.shape))
-        for text, at in by_glyphs(self.text, thetas):
-            points = text.positions(text.point_set(), thetas[at])
-            covered[at] = self._fill(text.word.contours, points, placements[at])[0]
+        for text, found in by_glyphs(self.text, thetas):
+            contours = text.word.contours
+            batches = min(len(found), -(-len(found) * len(contours.segments) // BATCH))
+            for at in np.array_split(found, batches):
+                points = text.positions(text.point_set(), thetas[at])
+                covered[at] = self._fill(contours, points, placements[at])[0]
         return covered
 
     def _fill(self, contours: Contours, points: Array, placements: Array) -> tuple[Array, Boundary]:
