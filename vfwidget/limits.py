@@ -1,4 +1,4 @@
-"""Limits on untrusted input: files, texts, downloads, images and artwork."""
+"""Limits on input: files, texts, solves, downloads, images and artwork."""
 
 from __future__ import annotations
 
@@ -26,6 +26,11 @@ class Limits:
     text_characters: int = 4_000
     """Characters of a text. Each origin depends on the advance widths before it, so memory grows
     with the square: this many take about 1 GB. A page of a book has 3,000."""
+    step_products: int = 2**32
+    """Residuals × unknowns × the smaller of both, the multiplications of a step of the solver. This
+    many take about two seconds. They grow with the cube of the number of letters that have axes of
+    their own, because these also move all letters after them: 600 letters of five axes, with a
+    target for each, need as many."""
     download_seconds: float = 60.0
     """Time of a whole download, whatever the server does. 64 MB arrive in time at 9 Mbit/s."""
     image_pixels: int = 2**26

@@ -266,6 +266,44 @@ def test_what_a_term_of_ones_own_returns_is_checked(
         vf.solve(text, term)
 
 
+def first_point(points: Any) -> Any:
+    return points[0] - 1.0
+
+
+@pytest.mark.parametrize("handles", [(), "one"])
+@pytest.mark.parametrize("method", ["residual", "derivative", "locate"])
+def test_a_term_that_reads_points_it_does_not_have_is_told_to_set_handles(
+    text: vf.Text, handle: vf.Handle, method: str, handles: Any
+) -> None:
+    count = 1 if handles else 0
+    methods = {
+        "residual": lambda self, points, theta: first_point(points[count:]),
+        "derivative": lambda self, points, theta: vf.Derivative(points=points[count:][0]),
+        "locate": lambda self, text: first_point(np.ones((count, 2))[count:]),
+    }
+    own = {"residual": lambda self, points, theta: points.sum(0), method: methods[method]}
+    term = type("Mine", (vf.Term,), own)()
+    term.handles = (handle,) * count
+    says = rf"^{method}\(\) of Mine has read beyond .* {count} points .* Set its handles"
+    if method == "derivative":
+        term.residual = lambda points, theta: np.ones(2)
+    with pytest.raises(vf.SolveError, match=says):
+        vf.solve(text, term)
+
+
+def test_a_solve_whose_steps_would_take_too_long_is_refused(
+    text: vf.Text, handle: vf.Handle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = vf.Target(handle, (100, 700))
+    # A target has two residuals, and the text five axes.
+    monkeypatch.setattr(vf.limits, "step_products", 20)
+    assert vf.solve(text, [target, vf.StayClose()]).converged
+    monkeypatch.setattr(vf.limits, "step_products", 19)
+    for terms in ([target], [target] * 3):
+        with pytest.raises(vf.SolveError, match=r"too large.*the limit is 19.*step_products"):
+            vf.solve(text, terms)
+
+
 def test_the_check_of_a_derivative_that_is_not_finite_is_an_error(
     text: vf.Text, handle: vf.Handle
 ) -> None:

@@ -13,7 +13,7 @@ from ..errors import SolveError
 from ..solver.problem import is_number
 from ..text import Text
 from ..text.place import Block, Unknowns
-from .rows import PointRows, Rows
+from .rows import PointRows, Rows, too_few_points
 from .term import Term
 
 
@@ -78,9 +78,12 @@ def located(term: Term, text: Text) -> Rows | None:
     Raises
     ------
     SolveError
-        ``locate`` returns neither rows nor None.
+        ``locate`` returns neither rows nor None, or reads a point that the term does not have.
     """
-    rows = term.locate(text)
+    try:
+        rows = term.locate(text)
+    except IndexError as error:
+        raise too_few_points("locate", term, len(term.points(text).letter), error) from error
     if rows is None or isinstance(rows, PointRows):
         return rows
     if not all(callable(getattr(rows, name, None)) for name in _METHODS):

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import AxisError, SolveError
+from ..solver.problem import check_size
 from ..text import Text
 from ..text.place import AXES, Block, Unknowns
 from .affine import AffineRows, AffineTerm, compiled
@@ -51,7 +52,8 @@ class Energy:
     Raises
     ------
     SolveError
-        There are no terms, or one of them is not valid for this text.
+        There are no terms, one of them is not valid for this text, or there are too many for
+        ``limits.step_products``.
     AxisError
         A lock is no tag of the font.
     """
@@ -70,6 +72,8 @@ class Energy:
         self.terms = [bound(term, text) for term in terms]
         blocks, added = _all_blocks(text, self.terms)
         self.unknowns = Unknowns(blocks, free, added)
+        # Most terms have at least one residual, and each takes memory from here on.
+        check_size(len(terms), len(self.unknowns.lower))
         self.lower, self.upper = self.unknowns.lower, self.unknowns.upper
         if locks:
             self._lock(locks)

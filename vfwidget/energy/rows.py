@@ -82,12 +82,15 @@ class PointRows:
         Raises
         ------
         SolveError
-            It is not a vector of numbers.
+            It is not a vector of numbers, or the term reads a point that it does not have.
         """
-        if self.automatic:
-            return value_of(self.term.residual, positions, theta, self.term.kind)
-        # A term that writes to its arguments must not move the text.
-        value = self.term.residual(positions, theta.copy())
+        try:
+            if self.automatic:
+                return value_of(self.term.residual, positions, theta, self.term.kind)
+            # A term that writes to its arguments must not move the text.
+            value = self.term.residual(positions, theta.copy())
+        except IndexError as error:
+            raise too_few_points("residual", self.term, len(positions), error) from error
         if not isinstance(value, np.ndarray) or value.ndim != 1 or value.dtype != np.float64:
             raise SolveError(
                 f"The residual of {self.term.kind} must return a float64 array (r,); "
@@ -123,9 +126,13 @@ class PointRows:
         Raises
         ------
         SolveError
-            It is no Derivative, or has the wrong shape.
+            It is no Derivative, has the wrong shape, or the term reads a point that it does not
+            have.
         """
-        by = self.term.derivative(positions, theta.copy())
+        try:
+            by = self.term.derivative(positions, theta.copy())
+        except IndexError as error:
+            raise too_few_points("derivative", self.term, len(positions), error) from error
         if not isinstance(by, Derivative):
             raise SolveError(
                 f"derivative() of {self.term.kind} must return a vf.Derivative; "
@@ -164,6 +171,16 @@ def wrong_rows(kind: str, rows: int, residuals: int) -> SolveError:
     return SolveError(
         f"The derivative of {kind} has {rows} rows, and its residual has {residuals} values; "
         "it needs one row for each of them."
+    )
+
+
+def too_few_points(method: str, term: Any, count: int, error: IndexError) -> SolveError:
+    """The error for a term whose method reads beyond its points, or beyond another array."""
+    handles = "None, for all control points" if term.handles is None else len(term.handles)
+    return SolveError(
+        f"{method}() of {term.kind} has read beyond the end of an array ({error}). The term has "
+        f"{count} points (handles: {handles}). Set its handles to a tuple of outline points, such "
+        f"as (text.nearest(x, y),), or to None for all control points."
     )
 
 

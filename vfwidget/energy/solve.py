@@ -89,8 +89,8 @@ def solve(
     ------
     SolveError
         There are no terms, a handle belongs to another text, a number is not finite or out of
-        range, a term has no value at the start, a block of unknowns does not exist, or a letter is
-        in two groups of ``ties``.
+        range, a term has no value at the start, a block of unknowns does not exist, a letter is
+        in two groups of ``ties``, or the solve is too large for ``limits.step_products``.
     AxisError
         A lock is no axis of the font.
 

@@ -117,6 +117,9 @@ def match(
         placement is not a similarity; or an option is unknown.
     FontError, GlyphError, TextError, AxisError
         As for :class:`Text`; for several fonts only if none can be fitted.
+    SolveError
+        The picture has too many pixels for so many axes, by ``limits.step_products``; a smaller
+        ``resolution`` helps.
 
     Notes
     -----

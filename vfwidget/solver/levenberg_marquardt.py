@@ -34,7 +34,7 @@ from ..arrays import Array
 from ..errors import SolveError
 from .linearize import cell, linearize
 from .model import Model
-from .problem import Kind, Problem, Request, Requests, State
+from .problem import Kind, Problem, Request, Requests, State, check_size
 from .quadratic import Quadratic, minimise_over_box
 from .status import (
     COST_FLOOR,
@@ -78,9 +78,10 @@ def init(problem: Problem, start: Array) -> Requests:
     Raises
     ------
     SolveError
-        The residual is not a vector of finite numbers.
+        The residual is not a vector of finite numbers, or the problem is too large.
     """
     residual = yield Request(Kind.RENEW if problem.renews else Kind.RESIDUAL, start)
+    check_size(residual.size, start.size)
     return State(start, residual, finite_cost(problem, residual, start, "at the start"))
 
 

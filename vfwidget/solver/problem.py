@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SolveError
+from ..limits import limits
 from .loss import rescale, robust_cost
 from .model import Model
 from .status import Outcome
@@ -36,6 +37,24 @@ def is_count(value: object) -> bool:
     """Whether a value is a whole number ≥ 0."""
     whole = type(value) is int or (isinstance(value, Integral) and not isinstance(value, bool))
     return whole and int(value) >= 0  # type: ignore[call-overload]
+
+
+def check_size(residuals: int, unknowns: int) -> None:
+    """Refuse a solve whose steps would take too much time and memory.
+
+    Raises
+    ------
+    SolveError
+        Residuals × unknowns × the smaller of both exceed ``limits.step_products``.
+    """
+    products = residuals * unknowns * min(residuals, unknowns)
+    if products > limits.step_products:
+        raise SolveError(
+            f"This solve is too large: a step with {residuals:,} residuals and {unknowns:,} "
+            f"unknowns takes {products:,} multiplications, and the limit is "
+            f"{limits.step_products:,}. Use fewer terms or pixels, or fewer unknowns, for example "
+            "letters that share their axes; or raise vf.limits.step_products."
+        )
 
 
 class Kind(str, Enum):
