@@ -180,6 +180,12 @@ class Body:
         parts = [b @ weighted[own].ravel() for b, own in zip(self._bases, self.slices, strict=True)]
         return np.concatenate(parts)
 
+    def velocities(self, values: Array) -> Array:
+        """The velocities of all control points (K, 2), from those of reduced coordinates (r,)."""
+        parts = [values[rows] @ b for b, rows in zip(self._bases, self.rows, strict=True)]
+        roots = np.where(self._roots > 0, self._roots, np.inf)
+        return np.asarray(np.concatenate(parts).reshape(-1, 2) / roots[:, None])
+
     def reduced_at(self, place: Mapping[str, Array]) -> Array:
         """The reduced coordinates (r,) at a place."""
         return self._reduced.get(_key(place), lambda: self._reduced_at(place))

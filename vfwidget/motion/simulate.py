@@ -24,10 +24,11 @@ from .inputs import (
     read_rest,
     read_vectors,
 )
+from .laws import Laws, State
 from .numbers import read_count, read_flag, read_number
 from .scene import Scene
 from .start import apart
-from .steps import NEARBY, BlockedError, Laws, State, Stepper
+from .steps import NEARBY, BlockedError, Stepper
 
 SLOW, PATIENCE = 5e-3, 0.5
 """A text that moves by less than so many em a second for so many seconds falls asleep."""
@@ -95,7 +96,8 @@ def simulate(
     restitution : float
         Ratio of the speeds after and before an impact, 0 to 1. Default 0.3.
     friction : float
-        Coulomb's coefficient, ≥ 0. Default 0.5.
+        Coulomb's coefficient, ≥ 0. Default 0.5. If letters rotate, it also resists rolling, with
+        4 % of an em as the arm of its torque.
     substeps : "auto" or int
         Steps of the computation for each frame. "auto" adapts them, so that no letter or obstacle
         passes through a stroke unseen.

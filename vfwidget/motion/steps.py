@@ -14,7 +14,7 @@ P is a projection onto a cone, so an impact never increases the kinetic energy.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,11 +24,22 @@ from ..energy.descent import descend
 from ..energy.energy import Energy
 from ..overlap.gaps import Gaps
 from ..solver.problem import Tolerances
-from ..text.place import AXES, OFFSETS, Place
+from ..text.place import AXES, OFFSETS, ROTATIONS, Place
 from .body import Body
 from .flight import Flight
+from .laws import Laws, State
 from .scene import Scene
-from .terms import SLIP, STIFFNESS, Contact, Friction, Inertia, Springs, Touches
+from .terms import (
+    SLIP,
+    STIFFNESS,
+    Contact,
+    Friction,
+    Inertia,
+    Rolling,
+    Sliding,
+    Springs,
+    Touches,
+)
 from .warm import start_of
 
 TOLERANCES = Tolerances(step=1e-10, absolute_cost=1e-8, relative_cost=1e-13)
@@ -56,53 +67,14 @@ BLOCKED = 4.0
 """Font units: a deeper contact that is left at the end of a step cannot be resolved."""
 UNCLEAR = 1.0
 """Font units: contacts that are deeper are found where the contacts before the step lead."""
+ROLLING = 0.08, 0.5
+"""Rolling resistance is so large a part of the friction, at an arm of so many ems."""
 MARGIN = 1.0
 """Font units beyond the motion of a step within which contacts are found."""
 
 
 class BlockedError(Exception):
     """A contact of this depth, in font units, from which no letter can get out."""
-
-
-@dataclass(frozen=True)
-class State:
-    """Place and velocity of a body.
-
-    Attributes
-    ----------
-    place : Place
-    velocity : (r,) array
-        In reduced coordinates.
-    touching : (l,) bool array
-        The letters that were in contact in the last step.
-    """
-
-    place: Place
-    velocity: Array
-    touching: BoolArray
-
-
-@dataclass(frozen=True)
-class Laws:
-    """The constants of a simulation.
-
-    Attributes
-    ----------
-    stiffness, damping : (p, n) arrays
-        Springs and damping of the axes, times their inertia.
-    restitution, friction : float
-    frame : float
-        Seconds between two frames.
-    substeps : int or None
-        Equal steps of a frame; None for steps that adapt.
-    """
-
-    stiffness: Array
-    damping: Array
-    restitution: float
-    friction: float
-    frame: float
-    substeps: int | None
 
 
 class Stepper:
@@ -162,6 +134,7 @@ class _Step:
         self.body, self.scene, self.laws = stepper.body, stepper.scene, stepper.laws
         self.state, self.time = state, time
         self.acceleration, self.rest = acceleration, rest
+        self.touching = state.touching
         self.flight = Flight(self.body, state.place, state.velocity)
         self.reduced = self.flight.reduced
         self.outlines, self.obstacles = self.scene.at(time)
@@ -199,7 +172,7 @@ class _Step:
         h, laws, state = self.h, self.laws, self.state
         # A letter in contact takes the force at the end of the step (implicit Euler). A letter in
         # free flight takes its mean, which gives an exact parabola.
-        self.share = np.where(state.touching, 1.0, 0.5)[:, None] * self.acceleration
+        self.share = np.where(self.touching, 1.0, 0.5)[:, None] * self.acceleration
         self.goal = self.flight.ahead(h) + h * h * self.body.force(self.share)
         weights = h * h * laws.stiffness + h * laws.damping
         pull = h * h * laws.stiffness * self.rest + h * laws.damping * state.place[AXES]
@@ -212,6 +185,7 @@ class _Step:
     def _solve(
         self,
         terms: Sequence[Term],
+        contact: Contact | None = None,
         start: Mapping[str, Array] | None = None,
         free: tuple[str, ...] = (),
     ) -> Place:
@@ -223,10 +197,9 @@ class _Step:
         text = self.body.text.moved_to(self.state.place)
         energy = Energy(text, terms, free=free or self.body.free)
         begin = energy.unknowns.start if start is None else energy.unknowns.flat(start)
-        for contact in terms:
-            if isinstance(contact, Contact):
-                others = [t for t in terms if isinstance(t, Inertia | Friction)]
-                begin = start_of(energy, others, contact, begin)
+        if contact is not None:
+            begin = start_of(energy, contact, begin)
+            energy = energy.at(text, [*terms, contact])
         found = descend(energy, begin, TOLERANCES, MOST_STEPS, scale_by_columns=True)
         return Place(energy.unknowns.place(found.state.x))
 
@@ -253,7 +226,7 @@ class _Step:
         start = (before * inside.normal).sum(1)
         speed = (start - inside.gap) / self.h
         size = float(np.hypot(*self.acceleration.T).max(initial=0.0))
-        fast = speed > max(FAST * size * self.laws.frame, 1e-6)
+        fast = np.minimum(speed, self._approach(inside)) > max(FAST * size * self.laws.frame, 1e-6)
         if bounce and fast.any():
             way = start[fast] / (start[fast] - inside.gap[fast])
             part = float(np.clip(way, 0.0, 1.0).min())
@@ -261,6 +234,7 @@ class _Step:
                 self._last(part * self.h)
                 return self._moved(self.free), self.h
             return self._reflected(), 0.0
+        self.touching = self.touching | self._letters_of(inside)
         while True:
             state, depth = self._in_contact()
             shortest = self.h <= self.laws.frame / MOST_CUTS
@@ -283,6 +257,15 @@ class _Step:
         first, second = gaps.ends(segments)
         return first - second
 
+    def _approach(self, gaps: Gaps) -> Array:
+        """The speed at which some gaps close before the forces of this step act, (C,)."""
+        velocities = np.zeros_like(self.now)
+        own = self.body.velocities(self.state.velocity)[self.body.controls]
+        velocities[: len(own)] = own
+        if self.matches:
+            velocities[len(own) :] = (self.later - self.obstacles) / self.h
+        return -(self._relative(gaps, velocities) * gaps.normal).sum(1)
+
     def _moved(self, place: Place, touching: BoolArray | None = None) -> State:
         """The state at a place that the step has led to."""
         velocity = self.flight.velocity_at(place, self.goal, self.h)
@@ -298,27 +281,38 @@ class _Step:
             # Deep inside, the nearest way out may lead to the wrong side. Before the step the
             # sides were clear.
             before = Touches(self.body, self._gaps(self.now, self.reach), self.later)
-            place = self._solve([*terms, Contact(before)], place)
+            place = self._solve(terms, Contact(before), place)
             touches = self._touches(place, self.reach)
         place, touches, depth = self._apart(terms, touches, place)
         force = Contact(touches).force_at(place)
         if self.laws.friction and force.any():
-            pressed = np.flatnonzero(force > 0)
-            rubbing = Touches(self.body, touches.gaps.some(pressed), self.later)
-            start = self._relative(rubbing.gaps, self.now)
-            if abs(rubbing.relative(place) - start).max() > SLIP / 10:
-                terms.append(Friction(rubbing, start, self.laws.friction * force[pressed]))
-                place, touches, depth = self._apart(terms, touches, place)
+            frictions = self._frictions(touches, force)
+            if max(abs(one.moved(place)).max() for one in frictions) > SLIP / 10:
+                place, touches, depth = self._apart([*terms, *frictions], touches, place)
                 force = Contact(touches).force_at(place)
         state = self._moved(place, self._letters_of(touches.gaps.some(force > 0)))
         return state if self.scene.moving else self._without_gain(state), depth
+
+    def _frictions(self, touches: Touches, force: Array) -> list[Friction]:
+        """The friction of contacts that press with a force (C,)."""
+        pressed = np.flatnonzero(force > 0)
+        rubbing = Touches(self.body, touches.gaps.some(pressed), self.later)
+        limit = self.laws.friction * force[pressed]
+        found: list[Friction] = [Sliding(limit, rubbing, self._relative(rubbing.gaps, self.now))]
+        if self.body.rotates:
+            loads = np.zeros(len(self.scene.stroke))
+            np.add.at(loads, rubbing.gaps.shape, limit[:, None])
+            angles, (part, arm) = self.state.place[ROTATIONS], ROLLING
+            arm *= self.body.text.font.units_per_em
+            found.append(Rolling(part * loads[: len(angles)], arm, angles))
+        return found
 
     def _apart(
         self, terms: Sequence[Term], touches: Touches, place: Place
     ) -> tuple[Place, Touches, float]:
         """The least place whose contacts are found there, the contacts, and how deep one is."""
         for _ in range(MOST_ROUNDS):
-            place = self._solve([*terms, Contact(touches)], place)
+            place = self._solve(terms, Contact(touches), place)
             found = self._touches(place, min(max(self.reach, NEARBY), DEEP))
             depth = -float(found.gaps.gap.min(initial=0.0))
             if depth < DEEPEST:
@@ -367,7 +361,7 @@ class _Step:
             """The nearest velocity that brings no contact closer."""
             onwards = Inertia(self.body, self.reduced + moment * velocity)
             place = self._solve([onwards], free=free)
-            place = self._solve([onwards, contact], place, free)
+            place = self._solve([onwards], contact, place, free)
             return (self.body.reduced_at(place) - self.reduced) / moment
 
         body, e, velocity = self.body, self.laws.restitution, self.state.velocity

@@ -6,6 +6,7 @@ step of h seconds. Their sum is minimised over the text's place by the solver of
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +19,7 @@ from ..energy.rows import Rows
 from ..overlap.gaps import Gaps
 from ..text import Text
 from ..text.place import AXES, OFFSETS, ROTATIONS, Block
-from .body import Body
+from .body import QUARTER, Body
 
 STIFFNESS = 1e3
 """Weight of a squared penetration for a mass of 1."""
@@ -172,47 +173,96 @@ class Contact(Term):
 
 @dataclass(frozen=True, eq=False)
 class Friction(Term):
-    """Coulomb friction: 2 Σ μλ (√(u² + s²) − s) for displacements u along the contacts.
+    """Dry friction: 2 Σ limit (√(u² + s²) − s) for displacements u during the time step.
 
     Attributes
     ----------
-    touches : Touches
-    start : (C, 2) array
-        Their relative positions at the start of the time step.
-    limit : (C,) array
-        μλ, the largest friction of each contact.
+    limit : (F,) array
+        The largest friction that resists each displacement.
     """
 
-    touches: Touches
-    start: Array
     limit: Array
     tolerance = None
 
     def locate(self, text: Text) -> Rows | None:
         return _Rows(self)
 
-    def _slide(self, place: Mapping[str, Array]) -> tuple[Array, Array]:
-        normals = self.touches.normals
-        along = np.stack([-normals[:, 1], normals[:, 0]], 1)
-        moved = self.touches.relative(place) - self.start
-        return (moved * along).sum(1), along
+    @abstractmethod
+    def moved(self, place: Mapping[str, Array]) -> Array:
+        """The displacements u (F,)."""
+
+    @abstractmethod
+    def moves(
+        self, weights: Array, place: Mapping[str, Array], slices: Mapping[str, slice]
+    ) -> Array:
+        """Their derivative, times weights (F,): (F, N)."""
 
     def residual_at(self, place: Mapping[str, Array]) -> Array:
-        """The residual (C,): the root of each contact's share, with the sign of u."""
-        u, _ = self._slide(place)
-        return np.sign(u) * np.sqrt(2 * self.limit * _beyond(u))
+        """The residual (F,): the root of each share, with the sign of u."""
+        u = self.moved(place)
+        # With √(u² + s²) − s = u² / (√(u² + s²) + s), nothing is divided by zero.
+        share = u * u / (np.sqrt(u * u + SLIP * SLIP) + SLIP)
+        return np.asarray(np.sign(u) * np.sqrt(2 * self.limit * share))
 
     def jacobian_at(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
-        """Its derivative (C, N)."""
-        u, along = self._slide(place)
+        """Its derivative (F, N)."""
+        u = self.moved(place)
         root = np.sqrt(u * u + SLIP * SLIP)
-        # With √(u² + s²) − s = u² / (√(u² + s²) + s), nothing is divided by zero.
-        slope = np.sqrt(self.limit * (root + SLIP) / 2) / root
-        return self.touches.jacobian(slope[:, None] * along, place, slices)
+        return self.moves(np.sqrt(self.limit * (root + SLIP) / 2) / root, place, slices)
 
 
-def _beyond(u: Array) -> Array:
-    return np.asarray(u * u / (np.sqrt(u * u + SLIP * SLIP) + SLIP))
+@dataclass(frozen=True, eq=False)
+class Sliding(Friction):
+    """Coulomb friction of C contacts, which resists displacements along the outlines.
+
+    Attributes
+    ----------
+    touches : Touches
+    start : (C, 2) array
+        Their relative positions at the start of the time step.
+    """
+
+    touches: Touches
+    start: Array
+
+    @property
+    def along(self) -> Array:
+        """Tangents of the outlines, (C, 2)."""
+        return self.touches.normals @ QUARTER.T
+
+    def moved(self, place: Mapping[str, Array]) -> Array:
+        return np.asarray(((self.touches.relative(place) - self.start) * self.along).sum(1))
+
+    def moves(
+        self, weights: Array, place: Mapping[str, Array], slices: Mapping[str, slice]
+    ) -> Array:
+        return self.touches.jacobian(weights[:, None] * self.along, place, slices)
+
+
+@dataclass(frozen=True, eq=False)
+class Rolling(Friction):
+    """Rolling resistance of the letters, which brings those that roll or rock to rest.
+
+    Attributes
+    ----------
+    arm : float
+        Font units: a rotation counts as the displacement of a point at this distance.
+    start : (l,) array
+        The angles at the start of the time step.
+    """
+
+    arm: float
+    start: Array
+
+    def moved(self, place: Mapping[str, Array]) -> Array:
+        return np.asarray(self.arm * (place[ROTATIONS] - self.start))
+
+    def moves(
+        self, weights: Array, place: Mapping[str, Array], slices: Mapping[str, slice]
+    ) -> Array:
+        jacobian = np.zeros((len(weights), max(part.stop for part in slices.values())))
+        jacobian[:, slices[ROTATIONS]] = np.diag(self.arm * weights)
+        return jacobian
 
 
 class _Rows:

@@ -13,9 +13,6 @@ pivoting, Júdice and Pires 1994). Some such steps lead close to the least place
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 
 from ..arrays import Array
@@ -34,26 +31,25 @@ LEAST = 1e-10
 """Share of its own diagonal entry that every unknown gets, so that the model has one minimum."""
 
 
-def start_of(energy: Energy, terms: Sequence[Any], contact: Contact, x: Array) -> Array:
-    """Unknowns (N,) near the least energy, from x (N,).
+def start_of(energy: Energy, contact: Contact, x: Array) -> Array:
+    """Unknowns (N,) near the least sum of an energy and a contact, from x (N,).
 
     Parameters
     ----------
     energy : Energy
-    terms : sequence of Term
-        Those of the energy that have rows, but for the contact.
+        All terms but for the contact.
     contact : Contact
     x : (N,) array
     """
     weights, reference = energy.proximity
 
     def cost(x: Array) -> float:
-        residual = energy.residual(x)
-        return float(residual @ residual + weights @ (x - reference) ** 2)
+        residual, depth = energy.residual(x), contact.residual_at(energy.unknowns.place(x))
+        return float(residual @ residual + depth @ depth + weights @ (x - reference) ** 2)
 
     before = cost(x)
     for _ in range(MOST_STEPS):
-        step = _step(energy, terms, contact, x)
+        step = _step(energy, contact, x)
         for _ in range(MOST_HALVINGS):
             trial = np.clip(x + step, energy.lower, energy.upper)
             after = cost(trial)
@@ -68,11 +64,10 @@ def start_of(energy: Energy, terms: Sequence[Any], contact: Contact, x: Array) -
     return x
 
 
-def _step(energy: Energy, terms: Sequence[Any], contact: Contact, x: Array) -> Array:
+def _step(energy: Energy, contact: Contact, x: Array) -> Array:
     """The least d of the model at x, within the bounds."""
     place, slices = energy.unknowns.place(x), energy.unknowns.slices
-    residual = np.concatenate([term.residual_at(place) for term in terms])
-    jacobian = np.concatenate([term.jacobian_at(place, slices) for term in terms])
+    residual, jacobian = energy.residual(x), energy.jacobian(x)
     weights, reference = energy.proximity
     curvature = jacobian.T @ jacobian + np.diag(weights)
     slope = jacobian.T @ residual + weights * (x - reference)
