@@ -16,9 +16,10 @@ from PIL import Image
 from scipy.ndimage import binary_dilation
 
 import vfwidget as vf
-from tests.motion.films import film
-from vfwidget.motion.frames import ink
-from vfwidget.motion.tracks import drawn_box, letter_tracks, obstacle_tracks
+from tests.motion.films import coloured, film, without_sweep
+from vfwidget.export.animated_svg import still_picture
+from vfwidget.export.track import shapes_at
+from vfwidget.motion.tracks import drawn_box, letter_tracks, obstacle_tracks, outlines
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(180)]
 
@@ -65,7 +66,9 @@ class Stage:
         placement = np.array(
             [[self.k, 0, -self.k * self.box[0]], [0, -self.k, self.k * self.box[3]]]
         )
-        expected = ink(self.letters, number, shown.shape, placement) > 0.5
+        shapes = shapes_at(self.letters, number)
+        contours = [contour for shape in shapes for contour in shape.contours]
+        expected = vf.rasterize(contours, shown.shape, placement).numpy() > 0.5
         radius = round(tolerance * SCALE)
         disk = np.hypot(*np.mgrid[-radius : radius + 1, -radius : radius + 1]) <= radius
         assert expected.mean() > 0.05
@@ -202,6 +205,73 @@ def test_the_animated_svg_draws_the_frames(open_page: Callable[..., Any], tmp_pa
         stage.agrees(number)
 
 
+def screenshot(page: Any) -> np.ndarray:
+    return np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")) / 255
+
+
+def agrees_with_pictures(page: Any, beside: Any, animation: Any, show: Callable[..., Any]) -> None:
+    """Assert that a page shows the colours of the still pictures of all frames, on another page."""
+    letters, obstacles, box, palette = outlines(animation)
+    for number in range(len(animation) - 1):
+        show(number)
+        look = {"title": "", "box": box, "palette": palette, "height": TALL}
+        beside.evaluate(
+            "made => { document.body.innerHTML = made }",
+            still_picture(letters, obstacles, number, **look),
+        )
+        expected, shown = screenshot(beside), screenshot(page)
+        assert np.ptp(expected, axis=2).max() > 0.3
+        assert np.quantile(abs(shown - expected), 0.999) < 0.02
+
+
+PLAY = """([data, width, height]) => {
+  stage.style.width = width + 'px'; stage.style.height = height + 'px';
+  window.film = lottie.loadAnimation({container: stage, renderer: 'svg', loop: false,
+    autoplay: false, animationData: data});
+}"""
+"""Loads a Lottie document into a page."""
+TALL = 400
+"""Pixels of the pictures that are compared."""
+BARE = "<style>body { margin: 0 } svg { display: block }</style><body>"
+
+
+@pytest.mark.slow
+def test_the_svg_of_colour_glyphs_shows_every_frame(
+    open_page: Callable[..., Any], tmp_path: Path
+) -> None:
+    animation = coloured()
+    (tmp_path / "page.html").write_text(BARE + str(animation.to_svg(height=TALL)))
+    (tmp_path / "beside.html").write_text(BARE)
+    page, beside = (open_page(tmp_path / f"{name}.html") for name in ("page", "beside"))
+    page.evaluate("document.querySelector('svg').pauseAnimations()")
+
+    def show(number: int) -> None:
+        seconds = float(animation.times[number]) + 1e-4
+        page.evaluate("t => document.querySelector('svg').setCurrentTime(t)", seconds)
+
+    agrees_with_pictures(page, beside, animation, show)
+
+
+@pytest.mark.slow
+def test_the_lottie_of_colour_glyphs_shows_every_frame(
+    open_page: Callable[..., Any], tmp_path: Path
+) -> None:
+    player = registry_fonts.package("lottie-web") / "build" / "player" / "lottie_svg.min.js"
+    animation = coloured(without_sweep)
+    (tmp_path / "page.html").write_text(BARE + "<div id=stage></div>")
+    (tmp_path / "beside.html").write_text(BARE)
+    page, beside = (open_page(tmp_path / f"{name}.html") for name in ("page", "beside"))
+    page.add_script_tag(path=player)
+    document = json.loads(str(animation.to_lottie()))
+    page.evaluate(PLAY, [document, TALL * document["w"] / document["h"], TALL])
+    agrees_with_pictures(
+        page,
+        beside,
+        animation,
+        lambda number: page.evaluate("frame => window.film.goToAndStop(frame, true)", number),
+    )
+
+
 @pytest.mark.slow
 def test_the_lottie_drawn_by_a_player_agrees_with_the_frames(
     open_page: Callable[..., Any], tmp_path: Path
@@ -217,11 +287,7 @@ def test_the_lottie_drawn_by_a_player_agrees_with_the_frames(
     document = json.loads(data)
     scale = EM / animation.text.font.units_per_em
     page.evaluate(
-        """([data, width, height]) => {
-          stage.style.width = width + 'px'; stage.style.height = height + 'px';
-          window.film = lottie.loadAnimation({container: stage, renderer: 'svg', loop: false,
-            autoplay: false, animationData: data});
-        }""",
+        PLAY,
         [document, scale * document["w"], scale * document["h"]],
     )
     stage = Stage(page, animation)

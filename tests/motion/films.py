@@ -6,7 +6,9 @@ import functools
 from pathlib import Path
 from typing import Any
 
+import formats
 import numpy as np
+from fontTools.ttLib.tables.otTables import PaintFormat
 
 import vfwidget as vf
 
@@ -49,3 +51,23 @@ def _straight(corners: np.ndarray) -> np.ndarray:
     """A polygon as cubic segments (s, 4, 2)."""
     ends = np.roll(corners, -1, axis=0)
     return np.stack([corners + (ends - corners) * part for part in (0, 1 / 3, 2 / 3, 1)], 1)
+
+
+def without_sweep(builder: Any) -> None:
+    """Leave the sweep gradient, the reflected and the slanted one out, which Lottie lacks."""
+    table = builder.font["COLR"].table
+    del table.LayerList.Paint[3:]
+    for record in table.BaseGlyphList.BaseGlyphPaintRecord:
+        if record.Paint.Format == PaintFormat.PaintColrLayers:
+            record.Paint.NumLayers = 3
+
+
+def coloured(edit: Any = lambda builder: None) -> Any:
+    """A plain letter, and one of several layers whose paint varies with the axes."""
+    text = vf.Text(vf.load_font(formats.coloured(edit)), "ba", shared=False)
+    theta = np.repeat(text.theta.numpy()[None], 5, axis=0)
+    theta[:, :, 0] = np.linspace(0, 1, 5)[:, None]
+    offsets = np.zeros((5, 2, 2))
+    offsets[:, 1, 1] = np.linspace(0, 200, 5)
+    rotations = np.linspace(0, 0.5, 5)[:, None] * [0, 1]
+    return vf.Animation(text, np.linspace(0, 1, 5), theta, offsets, rotations)

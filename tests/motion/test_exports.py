@@ -20,10 +20,10 @@ from PIL import Image, ImageSequence
 
 import vfwidget as vf
 from tests.export.test_page import HOSTILE, Page
-from tests.motion.films import film
+from tests.motion.films import coloured, film, without_sweep
 from vfwidget.export.track import blended, keyframes
-from vfwidget.motion.frames import coverages
-from vfwidget.motion.tracks import letter_tracks
+from vfwidget.motion.frames import drawn_frames
+from vfwidget.motion.tracks import letter_tracks, outlines
 
 SVG = "{http://www.w3.org/2000/svg}"
 WRITERS = ("css", "html", "svg", "lottie", "gif", "json")
@@ -70,7 +70,7 @@ def test_the_gif_shows_the_frames(moving: Any) -> None:
     data = moving.to_gif(height=40, fps=10, progress=False)
     images = [i.convert("L") for i in ImageSequence.Iterator(Image.open(io.BytesIO(data)))]
     assert Image.open(io.BytesIO(data)).info["duration"] == 100
-    expected = list(coverages(moving, 40, 10, progress=False))
+    expected = coverages(moving, 40, 10)
     assert len(images) == len(expected) == 16
     for image, coverage in zip(images, expected, strict=True):
         np.testing.assert_allclose(np.asarray(image) / 255, 1 - coverage, atol=0.005)
@@ -83,6 +83,10 @@ def test_png_files_are_numbered_and_transparent(moving: Any, tmp_path: Path) -> 
     pixels = np.asarray(Image.open(files[0]))
     assert pixels.shape[2] == 4 and (pixels[..., :3] == [255, 0, 0]).all()
     assert set(pixels[..., 3].ravel()) >= {0, 255}
+
+
+def coverages(animation: Any, height: int, fps: float) -> list[np.ndarray]:
+    return [i[..., 3] for i in drawn_frames(animation, height, fps, (0, 0, 0), progress=False)]
 
 
 def decoded(video: bytes, kind: str, size: tuple[int, int]) -> list[np.ndarray]:
@@ -104,7 +108,7 @@ def test_videos_decoded_again_agree(moving: Any, tmp_path: Path, kind: str) -> N
     # ffmpeg would take such a name for an option.
     name = tmp_path / f"-i http:{'x' if kind == 'webm' else ''}.{kind}"
     getattr(moving, f"to_{kind}")(name, height=120, progress=False)
-    expected = list(coverages(moving, 120, moving.fps, progress=False))
+    expected = coverages(moving, 120, moving.fps)
     images = decoded(name.read_bytes(), kind, expected[0].shape)
     assert len(images) == len(expected) == len(moving)
     for image, coverage in zip(images, expected, strict=True):
@@ -219,14 +223,52 @@ def test_the_font_of_a_page_chooses_glyphs_that_depend_on_their_neighbours() -> 
         np.testing.assert_array_equal(shaped.default, glyph.default)
 
 
-def test_colour_glyphs_are_left_to_browsers() -> None:
-    font = vf.load_font(formats.flat_colours())
-    text = vf.Text(font, "b")
-    animation = vf.Animation(text, [0, 1], np.repeat(text.theta.numpy()[None], 2, axis=0))
-    for kind in ("svg", "lottie", "gif"):
-        with pytest.raises(vf.MotionError, match="colour glyphs"):
-            getattr(animation, f"to_{kind}")()
-    assert animation.to_html() and vf.Player(animation)._picture.bundle()
+def test_images_of_colour_glyphs_are_those_of_the_frames(tmp_path: Path) -> None:
+    animation = coloured()
+    animation.to_png(tmp_path, height=60, fps=4, background="white", progress=False)
+    box = outlines(animation).box
+    scale = 60 / (box[3] - box[1])
+    for number, file in enumerate(sorted(tmp_path.iterdir())):
+        pixels = np.asarray(Image.open(file)) / 255
+        height, width, _ = pixels.shape
+        x = (width - scale * (box[2] - box[0])) / 2 - scale * box[0]
+        placement = [[scale, 0, x], [0, -scale, scale * box[3]]]
+        drawn = vf.rasterize(animation[number], (height, width), placement, palette=0).numpy()
+        alpha = drawn[..., 3:]
+        np.testing.assert_allclose(pixels, drawn[..., :3] * alpha + 1 - alpha, atol=0.005)
+    assert np.ptp(pixels, axis=2).max() > 0.3
+    gif = Image.open(io.BytesIO(animation.to_gif(height=60, fps=4, progress=False)))
+    gif.seek(gif.n_frames - 1)
+    assert abs(np.asarray(gif.convert("RGB")) / 255 - pixels).mean() < 0.02
+
+
+def test_the_svg_of_colour_glyphs_has_the_paint_of_every_frame() -> None:
+    animation = coloured()
+    made = animation.to_svg()
+    groups = list(ET.fromstring(made).iter(f"{SVG}linearGradient"))
+    # One for each frame, because the gradient varies, and one for readers of still pictures.
+    assert len(groups) == len(animation) + 1
+    names = re.findall(r' id="([^"]*)"', made)
+    assert len(names) == len(set(names))
+    assert set(re.findall(r"url\(#([^)]*)\)", made)) == set(names)
+    text = vf.Text(vf.load_font(formats.flat_colours()), "b")
+    still = vf.Animation(text, [0, 1], np.repeat(text.theta.numpy()[None], 2, axis=0))
+    assert still.to_svg().count("fill-opacity") == 2 * text.to_svg().count("fill-opacity") == 4
+
+
+def test_lottie_has_the_gradients_and_names_those_that_it_lacks() -> None:
+    with pytest.raises(vf.MotionError, match="Lottie has no sweep gradients"):
+        coloured().to_lottie()
+    animation = coloured(without_sweep)
+    layers = json.loads(animation.to_lottie())["layers"]
+    # The first layer is the topmost; the plain letter has one, the colour glyph three.
+    fills = [layer["shapes"][0]["it"][-2] for layer in layers]
+    assert [fill["ty"] for fill in fills] == ["gf", "fl", "fl", "fl"]
+    (*_, layer) = animation.text.glyphs[1].layers[:3]
+    for number, key in enumerate(fills[0]["s"]["k"]):
+        fill = layer.paint.at(animation.theta[number, 1])
+        start = fill.matrix[:, :2] @ fill.geometry[:2] + fill.matrix[:, 2]
+        np.testing.assert_allclose(key["s"], start * [1, -1], atol=0.06)
 
 
 def test_too_many_images_are_refused_before_any_is_drawn() -> None:

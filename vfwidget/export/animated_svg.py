@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Array
+from ..outline.paint import Palette
 from .css import number
-from .svg import path_data, plain
-from .track import Track, keyframes
+from .paint import filled
+from .svg import drawn, path_data, plain
+from .track import Track, keyframes, shapes_at
 
 OBSTACLE_OPACITY = 0.35
 """Obstacles are drawn lighter than letters."""
@@ -22,10 +24,10 @@ def animated_picture(
     *,
     title: str,
     box: tuple[float, float, float, float],
-    frames: int,
-    duration: float,
+    times: Array,
     tolerance: float,
     loop: bool,
+    palette: Palette = (),
     height: float | None = None,
     background: str | None = None,
 ) -> str:
@@ -38,14 +40,14 @@ def animated_picture(
         Plain text; markup in it is escaped.
     box : (left, bottom, right, top)
         The part of the plane that the picture shows, in font units, y up.
-    frames : int
-        The number of frames of the animation.
-    duration : float
-        Seconds.
+    times : (T,) array
+        Seconds from the start to each frame.
     tolerance : float
         As in :func:`~vfwidget.export.track.keyframes`.
     loop : bool
         Whether the animation repeats without end.
+    palette : palette, optional
+        The colours that paints refer to.
     height : float, optional
         Height of the picture in pixels. By default the picture takes the size of its container.
     background : str, optional
@@ -56,18 +58,20 @@ def animated_picture(
     str
         A reader who prefers reduced motion sees the last frame.
     """
-    clock = _Clock(frames, duration, loop)
+    clock = _Clock(times, loop)
     layers = [(SHADE, obstacles), ("", letters)]
-    moving = [
-        f"<g{shade}>{''.join(clock.shape(track, tolerance) for track in tracks)}</g>"
-        for shade, tracks in layers
-        if tracks
-    ]
+    moving = []
+    for shade, tracks in layers:
+        paths = [
+            clock.shape(track, tolerance, palette, f"layer-{i}") for i, track in enumerate(tracks)
+        ]
+        if paths:
+            moving.append(f"<g{shade}>{''.join(paths)}</g>")
     body = (
         "<style>.still { display: none } "
         "@media (prefers-reduced-motion: reduce) { .still { display: inline } "
         f'.moving {{ display: none }} }}</style><g class="moving">{"".join(moving)}</g>'
-        f'<g class="still">{_frame(layers, frames - 1)}</g>'
+        f'<g class="still">{_frame(layers, len(times) - 1, palette)}</g>'
     )
     return _document(body, title, box, height, background)
 
@@ -79,11 +83,12 @@ def still_picture(
     *,
     title: str,
     box: tuple[float, float, float, float],
+    palette: Palette = (),
     height: float | None = None,
     background: str | None = None,
 ) -> str:
     """Write one frame as an SVG document; see :func:`animated_picture`."""
-    body = _frame([(SHADE, obstacles), ("", letters)], frame)
+    body = _frame([(SHADE, obstacles), ("", letters)], frame, palette)
     return _document(body, title, box, height, background)
 
 
@@ -110,26 +115,27 @@ def _document(
     )
 
 
-def _frame(layers: Sequence[tuple[str, Sequence[Track]]], frame: int) -> str:
-    """One path for each layer."""
-    found = []
-    for shade, tracks in layers:
-        contours = [c for track in tracks if track.shows(frame) for c in track.contours(frame)]
-        found.append(f'<path{shade} d="{path_data(contours)}"/>')
-    return "".join(found)
+def _frame(layers: Sequence[tuple[str, Sequence[Track]]], frame: int, palette: Palette) -> str:
+    """One group for each layer."""
+    return "".join(
+        f"<g{shade}>{drawn(shapes_at(tracks, frame), palette, f'still-{frame}')}</g>"
+        for shade, tracks in layers
+    )
 
 
 class _Clock:
     """The timing that all animated attributes share."""
 
-    def __init__(self, frames: int, duration: float, loop: bool) -> None:
-        self.frames, self.duration = frames, duration
-        self.run = f'dur="{number(duration)}s" ' + (
+    def __init__(self, times: Array, loop: bool) -> None:
+        self.times, self.duration = times, float(times[-1]) or 1.0
+        self.run = f'dur="{number(self.duration)}s" ' + (
             'repeatCount="indefinite"' if loop else 'fill="freeze"'
         )
 
-    def shape(self, track: Track, tolerance: float) -> str:
+    def shape(self, track: Track, tolerance: float, palette: Palette, name: str) -> str:
         """A path that moves, turns and changes, and shows only while its track lasts."""
+        if not track.constant_fill:
+            return self._flipped(track, palette, name)
         keys = keyframes(track, tolerance)
         times = track.times[keys] / self.duration
         places = [f"{number(x)} {number(-y)}" for x, y in track.origins[keys]]
@@ -139,8 +145,21 @@ class _Clock:
             moves += self._transform("rotate", "sum", angles, times)
         paths = [path_data(track.local(key)) for key in keys]
         form = self._animate('animate attributeName="d"', paths, times)
-        shown = self._visibility(track)
-        return f'<path d="{paths[0]}">{shown}{moves}{form}</path>'
+        shown = self._visibility(track.start, len(track.times))
+        if track.fills is None:
+            return f'<path d="{paths[0]}">{shown}{moves}{form}</path>'
+        contours = [contour for key in keys for contour in track.local(key)]
+        layer = filled(paths[0], contours, track.fills[0], palette, name, form)
+        return f"<g>{shown}{moves}{layer}</g>"
+
+    def _flipped(self, track: Track, palette: Palette, name: str) -> str:
+        """One picture for each frame, because SVG cannot animate every number of a gradient."""
+        frames = range(track.start, track.start + len(track.times))
+        return "".join(
+            f"<g>{self._visibility(frame, 1)}"
+            f"{drawn([track.shape(frame)], palette, f'{name}-{frame}')}</g>"
+            for frame in frames
+        )
 
     def _transform(self, kind: str, additive: str, values: list[str], times: Array) -> str:
         name = f'animateTransform attributeName="transform" type="{kind}" additive="{additive}"'
@@ -160,14 +179,13 @@ class _Clock:
             values, at = [*values, values[-1]], [*at, "1"]
         return f'<{what} values="{";".join(values)}" keyTimes="{";".join(at)}" {self.run}/>'
 
-    def _visibility(self, track: Track) -> str:
-        """Hides a path before and after its track; a frame is shown until the next one begins."""
-        begins, ends = track.start == 0, track.start + len(track.times) == self.frames
+    def _visibility(self, first: int, count: int) -> str:
+        """Hides a path before and after some frames; each is shown until the next one begins."""
+        begins, ends = first == 0, first + count == len(self.times)
         if begins and ends:
             return ""
-        step = self.duration / max(self.frames - 1, 1)
-        start = 0.0 if begins else track.times[0] / self.duration
-        end = 1.0 if ends else (track.times[-1] + step) / self.duration
+        start = 0.0 if begins else self.times[first] / self.duration
+        end = 1.0 if ends else self.times[first + count] / self.duration
         states = [("hidden", 0.0)] if start > 0 else []
         states += [("visible", start), *([("hidden", end)] if end < 1 else [])]
         values = ";".join(state for state, _ in states)

@@ -1,4 +1,4 @@
-"""Coverage of ink, frame after frame, as PNG, GIF, MP4 and WebM."""
+"""Images, frame after frame, as PNG, GIF, MP4 and WebM."""
 
 from __future__ import annotations
 
@@ -48,20 +48,19 @@ def read_colour(name: str, value: str) -> Colour:
     return parts
 
 
-def painted(coverage: Array, ink: Colour, background: Colour | None) -> Pixels:
-    """An image (H, W, 3) over a background, or (H, W, 4) without one, from coverage 0 … 1 (H, W).
+def over(image: Array, background: Colour | None) -> Pixels:
+    """An image over a background, (H, W, 3), or without one, (H, W, 4).
 
     Parameters
     ----------
-    coverage : (H, W) array
-        Ink is 1.
-    ink, background : (red, green, blue), 0 to 255 each
+    image : (H, W, 4) array
+        Red, green, blue and alpha, 0 to 1 each, not premultiplied.
+    background : (red, green, blue), 0 to 255 each, or None
     """
-    share = coverage[..., None]
     if background is None:
-        opaque = np.broadcast_to(np.array(ink, dtype=np.float64), (*coverage.shape, 3))
-        return _bytes(np.concatenate([opaque, 255 * share], -1))
-    return _bytes(np.array(ink) * share + np.array(background) * (1 - share))
+        return _bytes(255 * image)
+    alpha = image[..., 3:]
+    return _bytes(255 * image[..., :3] * alpha + np.array(background) * (1 - alpha))
 
 
 def _bytes(values: Array) -> Pixels:
@@ -77,28 +76,20 @@ def png(pixels: Pixels) -> bytes:
     return file.getvalue()
 
 
-def gif(frames: Iterable[Array], delay: int, ink: Colour, background: Colour, loop: bool) -> bytes:
-    """An animated GIF file.
+def gif(frames: Iterable[Pixels], delay: int, loop: bool) -> bytes:
+    """An animated GIF file, with at most 256 colours in each frame.
 
     Parameters
     ----------
-    frames : iterable of (H, W) arrays
-        Coverage 0 … 1.
+    frames : iterable of (H, W, 3) arrays
     delay : int
         Milliseconds for which each frame is shown; GIF keeps whole hundredths of a second.
-    ink, background : (red, green, blue), 0 to 255 each
     loop : bool
         Whether the animation repeats without end.
     """
     from PIL import Image
 
-    # All frames share the 256 colours between the background and the ink.
-    palette = painted(np.linspace(0, 1, 256)[None], ink, background)[0].tobytes()
-    images = []
-    for coverage in frames:
-        image = Image.fromarray(_bytes(255 * coverage), "P")
-        image.putpalette(palette)
-        images.append(image)
+    images = [Image.fromarray(pixels).quantize(dither=Image.Dither.NONE) for pixels in frames]
     file = io.BytesIO()
     repeats = {"loop": 0} if loop else {}
     images[0].save(

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
+from ..outline.paint import SOLID, Colour, Fill, Palette, solid
+from .lottie_paint import gradient
 from .track import Track, keyframes
 
 OBSTACLE_OPACITY = 35
@@ -29,6 +31,7 @@ def lottie(
     fps: float,
     tolerance: float,
     colour: tuple[int, int, int],
+    palette: Palette = (),
 ) -> str:
     """Write a Lottie document; players have no variable fonts, so it holds the outlines.
 
@@ -46,13 +49,21 @@ def lottie(
         As in :func:`~vfwidget.export.track.keyframes`.
     colour : (red, green, blue)
         0 to 255 each.
+    palette : palette, optional
+        The colours that paints refer to.
+
+    Raises
+    ------
+    MotionError
+        Lottie has no such gradient; see :func:`~vfwidget.export.lottie_paint.gradient`.
     """
     left, bottom, right, top = box
     corner = np.array([left, top])
     # The first layer is the topmost.
-    shapes = [(track, 100) for track in letters] + [(t, OBSTACLE_OPACITY) for t in obstacles]
+    shapes = [(t, 100) for t in reversed(letters)] + [(t, OBSTACLE_OPACITY) for t in obstacles]
+    inks = _Inks((*(part / 255 for part in colour), 1.0), palette)  # type: ignore[arg-type]
     layers = [
-        _layer(index, track, opacity, corner, fps, tolerance, colour)
+        _layer(index, track, opacity, corner, fps, tolerance, inks)
         for index, (track, opacity) in enumerate(shapes, start=1)
     ]
     document = {
@@ -77,7 +88,7 @@ def _layer(
     corner: Array,
     fps: float,
     tolerance: float,
-    colour: tuple[int, int, int],
+    inks: _Inks,
 ) -> dict[str, Any]:
     keys = keyframes(track, tolerance)
     times = track.times[keys] * fps
@@ -87,12 +98,9 @@ def _layer(
         {"ty": "sh", "ks": _animated([_bezier(form[c]) for form in forms], times, shape=True)}
         for c in range(len(forms[0]))
     ]
-    fill = {
-        "ty": "fl",
-        "c": {"a": 0, "k": [round(part / 255, 4) for part in colour] + [1]},
-        "o": {"a": 0, "k": 100},
-        "r": 1,  # the nonzero rule
-    }
+    fills = track.fills or [solid(None, 1.0)]
+    # Paint that varies has a keyframe at every frame.
+    fill = inks.fill(fills[:1] if track.constant_fill else fills, times)
     return {
         "ty": 4,
         "ind": index,
@@ -108,6 +116,36 @@ def _layer(
         "st": 0,
         "shapes": [{"ty": "gr", "it": [*paths, fill, _IDENTITY]}],
     }
+
+
+class _Inks(NamedTuple):
+    """The colours of a document."""
+
+    foreground: Colour
+    palette: Palette
+
+    def fill(self, fills: Sequence[Fill], times: Array) -> dict[str, Any]:
+        """The paint of a layer: one for all times, or one for each."""
+        colours = [fill.colours(self.palette, self.foreground) for fill in fills]
+        common = {"r": 1}  # the nonzero rule
+        if fills[0].kind == SOLID:
+            opacity = _animated([[_rounded(100 * c[0, 3], 2)] for c in colours], times)
+            colour = _animated([[*np.round(c[0, :3], 4).tolist(), 1] for c in colours], times)
+            return {"ty": "fl", "c": colour, "o": opacity, **common}
+        found = [gradient(*one) for one in zip(fills, colours, strict=True)]
+        made = {
+            "ty": "gf",
+            "o": {"a": 0, "k": 100},
+            "t": 2 if found[0].radial else 1,
+            "s": _animated([_rounded(one.start) for one in found], times),
+            "e": _animated([_rounded(one.end) for one in found], times),
+            "g": {"p": len(colours[0]), "k": _animated([one.stops for one in found], times)},
+            **common,
+        }
+        if found[0].radial:
+            made["h"] = _animated([[_rounded(one.highlight, 2)] for one in found], times)
+            made["a"] = _animated([[_rounded(one.angle, 2)] for one in found], times)
+        return made
 
 
 _IDENTITY = {

@@ -13,7 +13,14 @@ WEDGES = 120
 """SVG has no sweep gradient; one is drawn as so many wedges of one colour each."""
 
 
-def filled(data: str, contours: Sequence[Array], fill: Fill, palette: Palette, name: str) -> str:
+def filled(
+    data: str,
+    contours: Sequence[Array],
+    fill: Fill,
+    palette: Palette,
+    name: str,
+    animation: str = "",
+) -> str:
     """One layer as SVG elements.
 
     Parameters
@@ -26,22 +33,25 @@ def filled(data: str, contours: Sequence[Array], fill: Fill, palette: Palette, n
     palette : palette
     name : str
         Names the gradient in its document.
+    animation : str
+        Elements that animate the path. The contours then include those of all keyframes.
     """
     colours = fill.colours(palette)
     stops = [
         ("currentColor" if entry is None else _hex(colour), float(colour[3]))
         for entry, colour in zip(fill.entries, colours, strict=True)
     ]
+    path = f'd="{data}">{animation}</path>' if animation else f'd="{data}"/>'
     if fill.kind == SOLID:
         [(colour, alpha)] = stops
-        return f'<path fill="{colour}" fill-opacity="{alpha:.3g}" d="{data}"/>'
+        return f'<path fill="{colour}" fill-opacity="{alpha:.3g}" {path}'
     if fill.kind == SWEEP:
         wedges = "".join(_wedges(fill, colours, contours))
         return (
-            f'<clipPath id="{name}"><path d="{data}"/></clipPath>'
+            f'<clipPath id="{name}"><path {path}</clipPath>'
             f'<g clip-path="url(#{name})" shape-rendering="crispEdges">{wedges}</g>'
         )
-    return f'<defs>{_gradient(fill, stops, name)}</defs><path fill="url(#{name})" d="{data}"/>'
+    return f'<defs>{_gradient(fill, stops, name)}</defs><path fill="url(#{name})" {path}'
 
 
 def _gradient(fill: Fill, stops: Sequence[tuple[str, float]], name: str) -> str:

@@ -66,15 +66,20 @@ def picture(
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}"{size} role="img">'
         f"<title>{plain(title)}</title>{back}"
-        f"{''.join(_drawn(shape, palette, f'paint-{i}') for i, shape in enumerate(shapes))}</svg>"
+        f"{drawn(shapes, palette, 'paint')}</svg>"
     )
 
 
-def _drawn(shape: Shape, palette: Palette, name: str) -> str:
-    data = path_data(shape.contours)
-    if shape.fill is None:
-        return f'<path fill-rule="nonzero" d="{data}"/>'
-    return filled(data, shape.contours, shape.fill, palette, name)
+def drawn(shapes: Sequence[Shape], palette: Palette, name: str) -> str:
+    """Shapes from back to front as SVG elements; the name begins those of their gradients."""
+    found = []
+    for i, (contours, fill) in enumerate(shapes):
+        data = path_data(contours)
+        if fill is None:
+            found.append(f'<path fill-rule="nonzero" d="{data}"/>')
+        else:
+            found.append(filled(data, contours, fill, palette, f"{name}-{i}"))
+    return "".join(found)
 
 
 def path_data(contours: Sequence[Array]) -> str:

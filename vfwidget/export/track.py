@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from ..arrays import Array
+from ..outline.paint import Fill, Shape, joined
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,11 @@ class Track:
     evaluate : function, optional
         Gives ``points`` (F, k, 2) at user coordinates (F, n), for exports that leave the outlines
         to a program with variable fonts.
+    fills : sequence of F Fill, optional
+        Paint of a layer of a colour glyph, relative to the origin and before rotation. Default:
+        the colour of the text.
+    layers : tuple of Track, optional
+        Those of a colour glyph, from back to front, which are drawn instead of its own outline.
     """
 
     start: int
@@ -43,6 +50,18 @@ class Track:
     rotations: Array = field(repr=False)
     axes: Array = field(repr=False)
     evaluate: Callable[[Array], Array] | None = field(default=None, repr=False)
+    fills: Sequence[Fill] | None = field(default=None, repr=False)
+    layers: tuple[Track, ...] = ()
+
+    @property
+    def painted(self) -> tuple[Track, ...]:
+        """The tracks that are drawn: the layers, or the track itself if there are none."""
+        return self.layers or (self,)
+
+    @cached_property
+    def constant_fill(self) -> bool:
+        """Whether the paint is the same in all frames."""
+        return self.fills is None or all(_same(self.fills[0], fill) for fill in self.fills)
 
     @property
     def drawn(self) -> Array:
@@ -53,9 +72,15 @@ class Track:
         """Whether the track includes the frame of this number."""
         return self.start <= frame < self.start + len(self.times)
 
-    def contours(self, frame: int) -> list[Array]:
-        """The closed contours, each (s, 4, 2), as drawn in the frame of this number."""
-        return split(self.drawn[frame - self.start], self.sizes)
+    def shape(self, frame: int) -> Shape:
+        """The closed contours and their paint, as drawn in the frame of this number."""
+        index = frame - self.start
+        contours = split(self.drawn[index], self.sizes)
+        if self.fills is None:
+            return Shape(contours)
+        cos, sin = np.cos(self.rotations[index]), np.sin(self.rotations[index])
+        rotation = np.array([[cos, -sin], [sin, cos]])
+        return Shape(contours, self.fills[index].placed(self.origins[index], rotation))
 
     def local(self, index: int) -> list[Array]:
         """The closed contours relative to the origin in one of the F frames."""
@@ -81,11 +106,24 @@ def split(points: Array, sizes: tuple[int, ...]) -> list[Array]:
     return [contour for contour in found if len(contour)]
 
 
+def shapes_at(tracks: Sequence[Track], frame: int) -> list[Shape]:
+    """What some tracks draw in the frame of this number, from back to front."""
+    return joined(track.shape(frame) for track in tracks if track.shows(frame))
+
+
+def _same(one: Fill, other: Fill) -> bool:
+    names = ("geometry", "offsets", "alphas", "matrix")
+    return one.entries == other.entries and all(
+        np.array_equal(getattr(one, name), getattr(other, name)) for name in names
+    )
+
+
 def keyframes(track: Track, tolerance: float, by_axes: bool = False) -> list[int]:
     """The fewest frames found between which linear interpolation gives all others.
 
-    The frames are those of the Ramer–Douglas–Peucker algorithm: starting from the first and the
-    last one, the frame with the greatest error is added until no error exceeds the tolerance.
+    If the paint varies, these are all frames. Otherwise they are those of the
+    Ramer–Douglas–Peucker algorithm: starting from the first and the last one, the frame with the
+    greatest error is added until no error exceeds the tolerance.
 
     Parameters
     ----------
@@ -100,6 +138,8 @@ def keyframes(track: Track, tolerance: float, by_axes: bool = False) -> list[int
     list of int
         Indices among the F frames, ascending.
     """
+    if not track.constant_fill:
+        return list(range(len(track.times)))
     drawn, last = track.drawn, len(track.times) - 1
     kept, open_spans = {0, last}, [(0, last)]
     while open_spans:

@@ -155,12 +155,14 @@ class Exports(ImageExports):
         Returns
         -------
         str or None
-            A reader who prefers reduced motion sees the last frame. Obstacles are lighter.
+            A reader who prefers reduced motion sees the last frame. Obstacles are lighter. Colour
+            glyphs take the first palette of the font. SVG cannot animate all numbers of a
+            gradient, so a layer whose paint varies has one picture for each frame.
 
         Raises
         ------
         MotionError
-            An option has no meaning, or there are colour glyphs.
+            An option has no meaning.
         OSError
             The file cannot be written.
         """
@@ -168,15 +170,15 @@ class Exports(ImageExports):
             height = read_number("height", height, 0.0, LARGEST, True)
         if not isinstance(background, str | None):
             raise MotionError(f"background must be a CSS colour; received {background!r:.200}.")
-        letters, obstacles, box = outlines(self)
+        letters, obstacles, box, palette = outlines(self)
         made = animated_picture(
             letters,
             obstacles,
             title=self.text.title,
             box=box,
-            frames=len(self.times),
-            duration=self.duration or 1.0,
+            times=self.times - self.times[0],
             tolerance=self._tolerance(tolerance),
+            palette=palette,
             loop=read_flag("loop", loop),
             height=height,
             background=background,
@@ -205,16 +207,19 @@ class Exports(ImageExports):
         Returns
         -------
         str or None
-            JSON. Whether it repeats is up to the player. Obstacles are lighter.
+            JSON. Whether it repeats is up to the player. Obstacles are lighter. Colour glyphs take
+            the first palette of the font.
 
         Raises
         ------
         MotionError
-            An option has no meaning, or there are colour glyphs.
+            An option has no meaning, or a colour glyph has a gradient that Lottie does not have:
+            a sweep gradient, one that repeats, or a radial one that is stretched or whose two
+            circles have different centres and radii above 0.
         OSError
             The file cannot be written.
         """
-        letters, obstacles, box = outlines(self)
+        letters, obstacles, box, palette = outlines(self)
         made = lottie(
             letters,
             obstacles,
@@ -224,6 +229,7 @@ class Exports(ImageExports):
             fps=self.fps,
             tolerance=self._tolerance(tolerance),
             colour=read_colour("ink", ink),
+            palette=palette,
         )
         return written(made, path)
 

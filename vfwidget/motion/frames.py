@@ -1,8 +1,8 @@
-"""An animation as images: the coverage of its ink at even steps of time."""
+"""An animation as images at even steps of time."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,8 @@ import numpy as np
 from ..arrays import Array, to_array
 from ..errors import MotionError
 from ..export.animated_svg import OBSTACLE_OPACITY
-from ..export.track import Track
+from ..export.track import shapes_at
+from ..outline.paint import Shape, solid
 from ..solver.problem import is_count
 from .numbers import MOST_FRAMES, read_number
 from .tracks import Box, outlines
@@ -19,6 +20,8 @@ FPS = (0.01, 1000.0)
 """Least and most frames per second; no screen shows more."""
 HEIGHTS = (2, 2**20)
 """Least and greatest height of an image in pixels."""
+LIGHTER = solid(None, OBSTACLE_OPACITY)
+"""The paint of obstacles."""
 
 
 def frame_numbers(animation: Any, fps: float) -> list[int]:
@@ -42,8 +45,10 @@ def frame_numbers(animation: Any, fps: float) -> list[int]:
     return [int(i) for i in np.searchsorted(middles, wanted)]
 
 
-def coverages(animation: Any, height: int, fps: float, progress: bool) -> Iterator[Array]:
-    """The images of an animation, (H, W) each, ink 1; H and W are even.
+def drawn_frames(
+    animation: Any, height: int, fps: float, ink: tuple[int, int, int], progress: bool
+) -> Iterator[Array]:
+    """The images of an animation, (H, W, 4) each; H and W are even.
 
     Parameters
     ----------
@@ -52,13 +57,20 @@ def coverages(animation: Any, height: int, fps: float, progress: bool) -> Iterat
         Pixels.
     fps : float
         Images per second.
+    ink : (red, green, blue)
+        0 to 255 each; colour glyphs have their own colours.
     progress : bool
         Whether to show a progress bar.
+
+    Yields
+    ------
+    (H, W, 4) array
+        Red, green, blue and alpha, 0 to 1 each, not premultiplied.
 
     Raises
     ------
     MotionError
-        ``fps`` or ``height`` is not a positive number, or there are colour glyphs.
+        ``fps`` or ``height`` is not a positive number.
     ImageError
         The images have more pixels than ``vfwidget.limits.raster_pixels``.
     """
@@ -68,18 +80,24 @@ def coverages(animation: Any, height: int, fps: float, progress: bool) -> Iterat
             f"height must be a number of pixels, {low} to {high:,}; received {height!r:.200}."
         )
     numbers = frame_numbers(animation, fps)
-    letters, obstacles, box = outlines(animation)
+    letters, obstacles, box, palette = outlines(animation)
     size, placement = _camera(box, int(height))
     from tqdm.auto import tqdm
 
+    from ..raster.colours import paint
+    from ..raster.rasterize import check_size
+
+    check_size(size)
+    red, green, blue = (part / 255 for part in ink)
     drawn: dict[int, Array] = {}
     for number in tqdm(numbers, desc="frames", leave=False, disable=not progress):
         if number not in drawn:
             # Only a frame that is shown several times in a row is needed again.
             drawn.clear()
-            front = ink(letters, number, size, placement)
-            below = ink(obstacles, number, size, placement)
-            drawn[number] = front + (1 - front) * OBSTACLE_OPACITY * below
+            below = [Shape(s.contours, LIGHTER) for s in shapes_at(obstacles, number)]
+            shapes = [*below, *shapes_at(letters, number)]
+            image = paint(shapes, palette, size, placement, (red, green, blue, 1.0))
+            drawn[number] = to_array(image)
         yield drawn[number]
 
 
@@ -92,11 +110,3 @@ def _camera(box: Box, height: int) -> tuple[tuple[int, int], Array]:
     width += width % 2
     x = (width - scale * (right - left)) / 2 - scale * left
     return (height, width), np.array([[scale, 0, x], [0, -scale, scale * top]])
-
-
-def ink(tracks: Sequence[Track], number: int, size: tuple[int, int], placement: Array) -> Array:
-    """The coverage of all tracks in a frame (H, W); see :func:`vfwidget.rasterize`."""
-    from ..raster import rasterize
-
-    contours = [c for track in tracks if track.shows(number) for c in track.contours(number)]
-    return to_array(rasterize(contours, size, placement)) if contours else np.zeros(size)

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 from ..export.files import write_numbered, written
-from ..export.images import gif, painted, png, read_colour, video
-from .frames import FPS, coverages
+from ..export.images import gif, over, png, read_colour, video
+from .frames import FPS, drawn_frames
 from .numbers import read_flag, read_number
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
@@ -48,23 +48,24 @@ class ImageExports:
         loop : bool
             Whether the animation repeats without end. Default True.
         ink, background : str
-            Colours as in CSS. Default black on white.
+            Colours as in CSS. Default black on white. Colour glyphs take the first palette of the
+            font.
         progress : bool
             Whether to show a progress bar. Default True.
 
         Raises
         ------
         MotionError
-            An option has no meaning, or there are colour glyphs.
+            An option has no meaning.
         ImageError
             The images are too large.
         OSError
             The file cannot be written.
         """
-        colours = read_colour("ink", ink), read_colour("background", background)
         delay = max(round(100 / read_number("fps", fps, *FPS, open_below=False)), 2)
-        frames = coverages(self, height, 100 / delay, progress)
-        return written(gif(frames, 10 * delay, *colours, read_flag("loop", loop)), path)
+        read_colour("background", background)
+        images = self._images(height, 100 / delay, ink, background, progress)
+        return written(gif(images, 10 * delay, read_flag("loop", loop)), path)
 
     def to_mp4(
         self,
@@ -92,7 +93,7 @@ class ImageExports:
         Raises
         ------
         MotionError
-            An option has no meaning, there are colour glyphs, or ffmpeg is missing or fails.
+            An option has no meaning, or ffmpeg is missing or fails.
         ImageError
             The images are too large.
         OSError
@@ -175,4 +176,5 @@ class ImageExports:
     ) -> Iterator[Any]:
         front = read_colour("ink", ink)
         back = None if background is None else read_colour("background", background)
-        return (painted(one, front, back) for one in coverages(self, height, fps, progress))
+        frames = drawn_frames(self, height, fps, front, progress)
+        return (over(frame, back) for frame in frames)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, to_array
-from ..errors import MotionError
 from ..export.svg import MARGIN
 from ..export.track import Track
+from ..outline.paint import Palette
+from ..text.colours import palette_of
 
 if TYPE_CHECKING:
     from ..font import Font, Glyph
@@ -20,42 +22,30 @@ Box = tuple[float, float, float, float]
 
 
 class Outlines(NamedTuple):
-    """Everything that an animation draws, in one ink.
+    """Everything that an animation draws.
 
     Attributes
     ----------
     letters, obstacles : list of Track
+        From back to front; a colour glyph has one for each layer.
     box : (left, bottom, right, top)
         See :func:`drawn_box`.
+    palette : palette
+        The first one of the font.
     """
 
     letters: list[Track]
     obstacles: list[Track]
     box: Box
+    palette: Palette
 
 
 def outlines(animation: Any) -> Outlines:
-    """The outlines of all frames.
-
-    Raises
-    ------
-    MotionError
-        A letter is a colour glyph, which is more than an outline.
-    """
-    if has_colours(animation):
-        raise MotionError(
-            f"{animation.text.string!r} has colour glyphs, and this export draws outlines in one "
-            "ink. Use to_css, to_html or a Player, which show the colours."
-        )
+    """The outlines of all frames, with their paint."""
     tracks = letter_tracks(animation)
-    letters = [track for row in tracks for track in row]
-    return Outlines(letters, obstacle_tracks(animation), drawn_box(animation, tracks))
-
-
-def has_colours(animation: Any) -> bool:
-    """Whether any letter of any frame is a colour glyph."""
-    words = {id(frame.word): frame.word for frame in animation}
-    return any(glyph.layers for word in words.values() for glyph in word.glyphs)
+    letters = [layer for row in tracks for track in row for layer in track.painted]
+    palette = palette_of(animation.text.font, 0)
+    return Outlines(letters, obstacle_tracks(animation), drawn_box(animation, tracks), palette)
 
 
 def letter_tracks(animation: Any) -> list[list[Track]]:
@@ -127,7 +117,8 @@ def drawn_box(animation: Any, tracks: Sequence[Sequence[Track]]) -> Box:
     """
     font = animation.text.font
     line = np.array([[0.0, font.descender], [0.0, font.ascender]])
-    points = np.concatenate([line, *(t.drawn.reshape(-1, 2) for row in tracks for t in row)])
+    painted = [layer for row in tracks for track in row for layer in track.painted]
+    points = np.concatenate([line, *(track.drawn.reshape(-1, 2) for track in painted)])
     margin = MARGIN * (font.ascender - font.descender)
     left, bottom, right, top = map(float, [*points.min(0) - margin, *points.max(0) + margin])
     return left, bottom, right, top
@@ -148,16 +139,28 @@ def _letter_track(
     placed = [row[letter] for row in layouts[span]]
     font, glyph = animation.text.font, placed[0].glyph
     own = 0 if animation.text.shared else letter
-    return Track(
+    theta = animation.theta[span, own]
+    track = Track(
         span.start,
         animation.times[span] - animation.times[0],
         tuple(glyph.contours),
-        to_array(glyph.points(animation.theta[span, own])),
+        to_array(glyph.points(theta)),
         np.array([(one.x, one.y) for one in placed]),
         animation.rotations[span, min(letter, animation.rotations.shape[1] - 1)],
         users[span, own],
         _Outline(font, glyph),
     )
+    layers = [
+        replace(
+            track,
+            sizes=tuple(layer.glyph.contours),
+            points=to_array(layer.glyph.points(theta)),
+            evaluate=_Outline(font, layer.glyph),
+            fills=[layer.paint.at(w) for w in theta],
+        )
+        for layer in glyph.layers
+    ]
+    return replace(track, layers=tuple(layers))
 
 
 class _Outline:

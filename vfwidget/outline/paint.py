@@ -8,7 +8,7 @@ OpenType, "COLR" table; a solid colour is a gradient with one colour stop here.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -93,6 +93,12 @@ class Fill:
         return replace(self, matrix=matrix)
 
 
+def solid(entry: int | None, alpha: float) -> Fill:
+    """One colour: an entry of the palette, or None for the colour of the text."""
+    none = np.zeros(0)
+    return Fill(SOLID, none, np.zeros(1), np.array([alpha]), (entry,), "pad", np.eye(2, 3))
+
+
 class Shape(NamedTuple):
     """Contours that are filled together.
 
@@ -105,6 +111,17 @@ class Shape(NamedTuple):
 
     contours: list[Array]
     fill: Fill | None = None
+
+
+def joined(shapes: Iterable[Shape]) -> list[Shape]:
+    """Shapes from back to front, successive ones in the colour of the text as one; at least one."""
+    found = [Shape([])]
+    for shape in shapes:
+        if shape.fill is None and found[-1].fill is None:
+            found[-1].contours.extend(shape.contours)
+        else:
+            found.append(Shape(list(shape.contours), shape.fill))
+    return [shape for shape in found if shape.contours] or found[:1]
 
 
 @dataclass(frozen=True)
@@ -163,12 +180,12 @@ def _between(kind: str, geometry: Array, first: float, last: float) -> Array:
         start, end = geometry[2:]
         return np.array([*geometry[:2], *(start + (end - start) * t for t in (first, last))])
     if kind == LINEAR:
-        geometry = _straightened(geometry)
+        geometry = straightened(geometry)
     one, other = np.split(geometry, 2)
     return np.concatenate([one + (other - one) * t for t in (first, last)])
 
 
-def _straightened(geometry: Array) -> Array:
+def straightened(geometry: Array) -> Array:
     """Start and end of a linear gradient whose lines of equal colour are at right angles to it.
 
     The font gives a third point: lines of equal colour are parallel to the one through the first

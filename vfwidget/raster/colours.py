@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from ..arrays import Array
-from ..outline.paint import BLACK, LINEAR, SOLID, SWEEP, Fill, Palette, Shape
+from ..outline.paint import BLACK, LINEAR, SOLID, SWEEP, Colour, Fill, Palette, Shape
 from .autograd import Coverage
 
 SINGULAR = 1e-12
@@ -17,7 +17,11 @@ SINGULAR = 1e-12
 
 
 def paint(
-    shapes: Sequence[Shape], palette: Palette, size: tuple[int, int], transform: Array
+    shapes: Sequence[Shape],
+    palette: Palette,
+    size: tuple[int, int],
+    transform: Array,
+    foreground: Colour = BLACK,
 ) -> Tensor:
     """Draw shapes with their colours.
 
@@ -29,6 +33,8 @@ def paint(
     size : (H, W)
     transform : (2, 3) array
         From the units of the shapes to pixels.
+    foreground : (red, green, blue, alpha)
+        Colour of the text. Default black.
 
     Returns
     -------
@@ -44,20 +50,20 @@ def paint(
             continue
         points = torch.from_numpy(np.concatenate(placed))[None]
         covered = Coverage.apply(points, [len(c) for c in placed], height, width)[0][0].numpy()
-        colour = np.broadcast_to(BLACK, image.shape)
+        colour = np.broadcast_to(foreground, image.shape)
         if shape.fill is not None:
-            colour = _colours(shape.fill, palette, x, y, transform)
+            colour = _colours(shape.fill, shape.fill.colours(palette, foreground), x, y, transform)
         # Premultiplied, and each layer over those before it.
         alpha = (colour[..., 3] * covered)[..., None]
         image = np.concatenate([colour[..., :3] * alpha, alpha], -1) + image * (1 - alpha)
     alpha = image[..., 3:]
-    straight = image[..., :3] / np.where(alpha > 0, alpha, 1)
+    # What is transparent has the colour of the text, so that video codecs blur no other into it.
+    straight = np.where(alpha > 0, image[..., :3] / np.where(alpha > 0, alpha, 1), foreground[:3])
     return torch.from_numpy(np.concatenate([straight, alpha], -1))
 
 
-def _colours(fill: Fill, palette: Palette, x: Array, y: Array, transform: Array) -> Array:
-    """The colour of a paint at the middle of every pixel, (H, W, 4)."""
-    colours = fill.colours(palette)
+def _colours(fill: Fill, colours: Array, x: Array, y: Array, transform: Array) -> Array:
+    """The colour of a paint with stops (s, 4) at the middle of every pixel, (H, W, 4)."""
     if fill.kind == SOLID:
         return np.broadcast_to(colours[0], (*x.shape, 4))
     linear = transform[:, :2] @ fill.matrix[:, :2]

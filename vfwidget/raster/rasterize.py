@@ -82,7 +82,7 @@ def rasterize(
     """
     if backend not in BACKENDS:
         raise ImageError(f"There is no backend {backend!r}: choose one of {', '.join(BACKENDS)}.")
-    height, width = _check_size(size)
+    height, width = check_size(size)
     if palette is not None:
         if not isinstance(text_or_segments, Text) or backend != "exact":
             raise ImageError('A palette needs a Text, and the backend "exact".')
@@ -131,7 +131,7 @@ def image_and_jacobian(
     ImageError
         As :func:`rasterize`, and moves that are not those of the segments.
     """
-    height, width = _check_size(size)
+    height, width = check_size(size)
     points, sizes = _gather(segments)
     tangents = [to_tensor(move) for move in moves]
     fitting = [tuple(m.shape[:-1]) for m in tangents] == [(s, 4, 2) for s in sizes]
@@ -152,7 +152,7 @@ def frame(text: Text, size: tuple[int, int]) -> Tensor:
         Its advance widths, and its font's ascender and descender, are fitted.
     size : (H, W)
     """
-    height, width = _check_size(size)
+    height, width = check_size(size)
     top, bottom, across = text.font.ascender, text.font.descender, text.advance()
     room = 1 - 2 * MARGIN
     scale = room * min(height / max(top - bottom, 1.0), width / max(across, 1.0))
@@ -161,7 +161,14 @@ def frame(text: Text, size: tuple[int, int]) -> Tensor:
     return torch.tensor([[scale, 0.0, x], [0.0, -scale, y]], dtype=torch.float64)
 
 
-def _check_size(size: tuple[int, int]) -> tuple[int, int]:
+def check_size(size: tuple[int, int]) -> tuple[int, int]:
+    """The height and width of an image.
+
+    Raises
+    ------
+    ImageError
+        They are no whole numbers, or the image has no pixels or too many.
+    """
     try:
         height, width = (int(side) for side in size)
         whole = (height, width) == tuple(size)

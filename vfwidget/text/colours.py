@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import to_array
 from ..errors import TextError
 from ..font import Font
-from ..outline.paint import Palette, Shape
+from ..outline.paint import Palette, Shape, joined
 from ..outline.union import without_overlaps
 
 
@@ -26,25 +26,23 @@ def shapes(text: Any) -> list[Shape]:
     list of Shape
         In font units, y up. A text without colour glyphs is one shape.
     """
-    found = [Shape([])]
+    found = []
     letters = text.word.letters(text.coordinates)
     for (glyph, w), placed, angle in zip(letters, text.layout, text.rotations, strict=True):
         origin = np.array([placed.x, placed.y])
         cos, sin = np.cos(angle), np.sin(angle)
         rotation = np.array([[cos, -sin], [sin, cos]])
         if not glyph.layers:
-            if found[-1].fill is not None:
-                found.append(Shape([]))
             outline = glyph.outline.value(w) @ rotation.T + origin
-            found[-1].contours.extend(glyph.contours.split(outline))
+            found.append(Shape(glyph.contours.split(outline)))
         for layer in glyph.layers:
             outline = layer.glyph.outline.value(w) @ rotation.T + origin
             fill = layer.paint.at(w).placed(origin, rotation)
             found.append(Shape(layer.glyph.contours.split(outline), fill))
-    return [shape for shape in found if shape.contours] or found[:1]
+    return joined(found)
 
 
-def joined(shape: Shape) -> Shape:
+def without_crossings(shape: Shape) -> Shape:
     """The shape with contours that neither cross nor overlap."""
     contours = [to_array(contour) for contour in shape.contours]
     if not contours:

@@ -13,7 +13,7 @@ from ..export.css import declarations
 from ..export.files import written
 from ..export.svg import picture
 from ..font import Font
-from .colours import joined, palette_of, shapes
+from .colours import palette_of, shapes, without_crossings
 from .composition import Composition
 
 
@@ -85,7 +85,7 @@ class Exports:
             raise TextError(f"height must be a number of pixels > 0; received {height!r}.")
         font = self.composition.font
         drawn = picture(
-            [joined(shape) for shape in shapes(self)] if union else shapes(self),
+            [without_crossings(shape) for shape in shapes(self)] if union else shapes(self),
             title=self.title,
             line=(font.descender, font.ascender),
             palette=palette_of(font, palette),

@@ -18,7 +18,7 @@ from ..export.files import written
 from ..export.page import page, view
 from ..motion.animation import Animation
 from ..motion.numbers import read_flag, read_number
-from ..motion.tracks import has_colours, outlines
+from ..motion.tracks import outlines
 from .bundle import PAGE_STYLE, built
 from .film import describe_film
 from .options import checked_height, refuse_foreign, refuse_unknown
@@ -167,12 +167,18 @@ class Player(anywidget.AnyWidget):
         animation = self.animation
         times = animation.times - animation.times[0]
         frame = int(abs(times - self.time).argmin()) or len(times) - 1
-        look: dict[str, Any] = {"height": POSTER_HEIGHT, "background": "white"}
-        if has_colours(animation):
-            return str(animation[frame].to_svg(**look))
-        letters, obstacles, box = outlines(animation)
+        letters, obstacles, box, palette = outlines(animation)
         title = animation.text.title
-        return still_picture(letters, obstacles, frame, title=title, box=box, **look)
+        return still_picture(
+            letters,
+            obstacles,
+            frame,
+            title=title,
+            box=box,
+            palette=palette,
+            height=POSTER_HEIGHT,
+            background="white",
+        )
 
     @traitlets.validate("animation")
     def _check_animation(self, proposal: Any) -> Animation:
