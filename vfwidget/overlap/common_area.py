@@ -15,6 +15,7 @@ from ..arrays import Array, IntArray, expand
 from ..outline.area import areas, swept, weighted_powers
 from ..outline.arrangement import Spans, boundary
 from ..outline.monotone import coefficients, evaluate
+from ..outline.near import near_pairs
 from .shape import CLOSED, Shape
 
 
@@ -150,12 +151,13 @@ def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
     """The common areas of pairs of shapes.
 
     Contours that lie outside the box of the other shape are left out: inside that box they do not
-    change the winding number.
+    change the winding number. Pairs of which no two segments come near each other are left out,
+    unless a contour may lie inside the other shape.
     """
     parts: list[Array] = [np.zeros((0, 4, 2))]
     sizes: list[int] = []
-    indices, of, layers = [], [], []
-    origin = np.zeros((len(pairs), 2))
+    indices, of, layers, contour_of = [], [], [], list[int]()
+    origin, kept = np.zeros((len(pairs), 2)), np.zeros(len(pairs), dtype=bool)
     for p, (first, second) in enumerate(pairs):
         (low, high), (bottom, top) = first.box, second.box
         origin[p] = (np.maximum(low, bottom) + np.minimum(high, top)) / 2
@@ -166,8 +168,17 @@ def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
             of.append(np.full(len(index), p))
             layers.append(np.full(len(index), layer))
             sizes += counts
-    curves = coefficients(np.concatenate(parts))
+            contour_of += [p] * len(counts)
+            kept[p] |= shape.has_contour_in(other.box)
+    points = np.concatenate(parts)
     pair, layer_of, index_of = (_joined(column) for column in (of, layers, indices))
+    kept[_with_near_segments(points, pair, layer_of)] = True
+    if not kept.all():
+        some = kept[pair]
+        pair, layer_of, index_of = (column[some] for column in (pair, layer_of, index_of))
+        points = points[some]
+        sizes = [size for size, p in zip(sizes, contour_of, strict=True) if kept[p]]
+    curves = coefficients(points)
     if sizes:
         spans = boundary(curves, sizes, pair, _in_both, layer_of)
     else:
@@ -175,6 +186,15 @@ def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
     area = np.bincount(pair[spans.cubic], areas(curves, spans), len(pairs))
     # Nothing but rounding is below zero.
     return Common(np.maximum(area, 0.0), pair, layer_of, index_of, curves, origin, spans)
+
+
+def _with_near_segments(points: Array, pair: IntArray, layer: IntArray) -> IntArray:
+    """The pairs in which boxes around segments (C, 4, 2) of both shapes overlap or touch."""
+    if not len(points):
+        return pair
+    low, high = points.min(1).T - CLOSED, points.max(1).T + CLOSED
+    (one, other), _, _ = near_pairs(low, high, pair)
+    return np.asarray(pair[one[layer[one] != layer[other]]])
 
 
 def _clusters(group: IntArray, low: Array, high: Array) -> IntArray:

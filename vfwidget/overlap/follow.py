@@ -26,12 +26,13 @@ from ..text import Text
 from .collisions import Collisions
 from .no_overlap import NoOverlap
 from .overlaps import TOUCH
+from .swept import Contact
 from .walls import Room, Walls
 
 ROUNDS = 3
 """Most times that the inequalities are found again."""
-SUBSTEP, SUBSTEPS = 40.0, 3
-"""Font units by which points move at most in a substep along a contact, and substeps at a call."""
+SUBSTEP = 40.0
+"""Font units by which points move at most in a substep along a contact."""
 HALVINGS = 3
 """Most times that a step is halved because it leaves a larger common area than before."""
 LESS = 1e-2
@@ -67,6 +68,7 @@ def follow(
     locks: Collection[str] = (),
     ties: Ties = (),
     max_iterations: int = 30,
+    substeps: int = 1,
 ) -> Followed:
     """Move a text towards the minimum of its terms, as far as the way is free.
 
@@ -84,6 +86,8 @@ def follow(
         As for :func:`~vfwidget.solve`.
     max_iterations : int
         Most steps of the solver while nothing is met. Default 30.
+    substeps : int
+        Most steps along what is met. Default 1, because the next event of the pointer goes on.
 
     Returns
     -------
@@ -94,18 +98,17 @@ def follow(
     direct = descend(wish, wish.unknowns.start, TOLERANCES, max_iterations)
     x, goal = wish.unknowns.start, direct.state.x
     way = _Way(text, terms, wish, keep, locks, ties)
-    way.limit, area = np.maximum(way.room.areas(x, goal), [TOUCH, 0.0])
-    if area <= way.limit and way.room.contact(x, goal).free == 1:
-        return Followed(solution_of(way.wish, direct))
     contacts, cost = [NOWHERE], way.cost(x)
-    for _ in range(SUBSTEPS):
+    for _ in range(substeps):
         following, touched = way.slide(x, goal)
         contacts.append(touched)
+        if following is goal:
+            return Followed(solution_of(wish, direct), np.concatenate(contacts))
         less = way.cost(following)
         if less > (1 - LESS) * cost:
             break
         x, cost = following, less
-    return Followed(solution_of(way.wish, way.ended(x, direct)), np.concatenate(contacts))
+    return Followed(solution_of(wish, way.ended(x, direct)), np.concatenate(contacts))
 
 
 class _Way:
@@ -123,7 +126,7 @@ class _Way:
         self.text, self.terms, self.wish, self.keep = text, terms, wish, keep
         self.locks, self.ties = locks, ties
         self.room = Room(wish, keep)
-        self.limit = TOUCH
+        self.limit = max(float(self.room.areas(wish.unknowns.start)[0]), TOUCH)
         """The largest common area of an accepted state."""
 
     def place(self, x: Array) -> dict[str, Array]:
@@ -131,28 +134,45 @@ class _Way:
         return self.wish.unknowns.place(x)
 
     def slide(self, x: Array, goal: Array) -> tuple[Array, Array]:
-        """One substep from x towards a goal, along what is in the way; and the contacts (c, 2)."""
-        here = self.text.moved_to(self.place(x))
-        calm = StayClose((CALM * self.text.font.units_per_em) ** 2, here.theta)
-        terms = [*self.terms, calm]
-        room = self.room.under(energy_of(self.text, terms, locks=self.locks, ties=self.ties))
-        walls, contacts = list[Walls](), [NOWHERE]
-        for left in reversed(range(ROUNDS + 1)):
-            goal = self.nearby(x, goal)
-            contact = self.room.contact(x, goal)
-            if contact.free == 1 and room.areas(goal)[0] <= self.limit:
-                return goal, np.concatenate(contacts)
-            if not left:
-                break
-            look = room.look(x + contact.beyond * (goal - x))
-            contacts.append(middles(look.found))
+        """Move from x to a goal, or up to what is in the way and one substep along it.
+
+        The second value are the contacts (c, 2).
+        """
+        room, contact = self.room, self.room.contact(x, goal)
+        if self.is_clear(goal, contact):
+            return goal, NOWHERE
+        look = room.look(x + contact.beyond * (goal - x))
+        x, contacts, walls = (
+            self.accepted(x, goal, contact.free),
+            [middles(look.found)],
+            list[Walls](),
+        )
+        room = room.under(self.energy_near(x))
+        for left in reversed(range(ROUNDS)):
             goal, found = room.step(look, walls)
             walls.append(found)
+            goal = self.nearby(x, goal)
+            contact = room.contact(x, goal)
+            if self.is_clear(goal, contact):
+                return goal, np.concatenate(contacts)
+            if left:
+                look = room.look(x + contact.beyond * (goal - x))
+                contacts.append(middles(look.found))
         return self.accepted(x, goal, contact.free), np.concatenate(contacts)
+
+    def is_clear(self, goal: Array, contact: Contact) -> bool:
+        """Whether the way to a goal is free, and the common area there is within the limit."""
+        return contact.free == 1 and bool(self.room.areas(goal)[0] <= self.limit)
+
+    def energy_near(self, x: Array) -> Energy:
+        """The terms, and a calm that keeps axes where they are unless a goal comes closer."""
+        here = self.text.moved_to(self.place(x))
+        calm = StayClose((CALM * self.text.font.units_per_em) ** 2, here.theta)
+        return energy_of(self.text, [*self.terms, calm], locks=self.locks, ties=self.ties)
 
     def accepted(self, x: Array, goal: Array, part: float) -> Array:
         """A state on the free part of the way whose common area is within the limit, or x."""
-        for _ in range(HALVINGS):
+        for _ in range(HALVINGS if part else 0):
             reached = x + part * (goal - x)
             if self.room.areas(reached)[0] <= self.limit:
                 return reached

@@ -78,6 +78,10 @@ class Shape:
         sizes = np.array(self.sizes, dtype=np.intp)
         return np.flatnonzero(np.repeat(kept, sizes)), sizes[kept].tolist()
 
+    def has_contour_in(self, box: Array) -> bool:
+        """Whether a contour lies inside a box."""
+        return bool(((self.boxes[:, 0] >= box[0]) & (self.boxes[:, 1] <= box[1])).all(1).any())
+
 
 def letters(text: Text, points: Array | None = None) -> list[Shape]:
     """The letters of a text, one shape for each.

@@ -40,7 +40,7 @@ SAME = 1e-6
 """Events of a pair that follow each other within this part of the way are one."""
 MOST_EVENTS = 48
 """Of a pair in one piece of the way; if there are more, they are thinned out evenly."""
-WAVE = 8
+WAVE = 4
 """Common areas that are computed together at first. Their number doubles until one is too large."""
 
 

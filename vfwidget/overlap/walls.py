@@ -28,7 +28,7 @@ from .swept import Contact, first_contact
 
 WALL = 1e4
 """Weight of the inequalities against terms of weight 1, such as a target."""
-CLEAR = 0.01
+CLEAR = 0.1
 """Font units that stay between two shapes that have met."""
 DEPTH = 1.5
 """Depth of an overlap over the quotient of its area and its length: 1 between parallel edges, 2 at
