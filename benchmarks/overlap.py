@@ -14,7 +14,7 @@ import numpy as np
 
 import vfwidget as vf
 
-from . import overlap_speed
+from . import overlap_drags, overlap_speed
 from .overlap_cases import Case, cases
 from .table import Row
 
@@ -31,6 +31,7 @@ Method = Callable[[Case], vf.Text]
 def run(quick: bool) -> Iterator[Row]:
     """Shares of cases that are resolved, distances from the user's state, and times."""
     yield from overlap_speed.run(quick)
+    yield from overlap_drags.run(quick)
     found = list(cases(12 if quick else 300))
     yield _against_brute_force([case for case in found if case.text.theta.numel() == 2])
     planes = _outcome(found, planes_in_a_loop)

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, BoolArray
 from ..energy import Solution, StayClose, Term
 from ..energy.descent import Descent, descend
 from ..energy.energy import Energy
@@ -26,15 +27,18 @@ from ..text import Text
 from .collisions import Collisions
 from .no_overlap import NoOverlap
 from .overlaps import TOUCH
-from .swept import Contact
 from .walls import Room, Walls
 
 ROUNDS = 3
 """Most times that the inequalities are found again."""
 SUBSTEP = 40.0
 """Font units by which points move at most in a substep along a contact."""
-HALVINGS = 3
-"""Most times that a step is halved because it leaves a larger common area than before."""
+ENOUGH = 0.1
+"""A substep is cut short if at least this part of it is free: the next one goes on from there."""
+SHARES = (1.0, 0.5, 0.1)
+"""Of the free part of a step. The first one counts whose common area is within the limit."""
+STILL = 0.1
+"""Font units: a step on which points move less is not taken."""
 LESS = 1e-2
 """A further substep is tried if one lowers the cost by this part of it."""
 CALM = 0.02
@@ -126,8 +130,17 @@ class _Way:
         self.text, self.terms, self.wish, self.keep = text, terms, wish, keep
         self.locks, self.ties = locks, ties
         self.room = Room(wish, keep)
-        self.limit = max(float(self.room.areas(wish.unknowns.start)[0]), TOUCH)
+
+    @cached_property
+    def limit(self) -> float:
         """The largest common area of an accepted state."""
+        return max(float(self.room.areas(self.wish.unknowns.start)[0]), TOUCH)
+
+    def allowed(self, *states: Array) -> BoolArray:
+        """Whether the common area of states is within the limit."""
+        areas = self.room.areas(*states)
+        # Where the first state is free, the limit need not be known.
+        return np.asarray(areas <= (TOUCH if areas[0] <= TOUCH else self.limit))
 
     def place(self, x: Array) -> dict[str, Array]:
         """All blocks of the text at a state."""
@@ -139,30 +152,23 @@ class _Way:
         The second value are the contacts (c, 2).
         """
         room, contact = self.room, self.room.contact(x, goal)
-        if self.is_clear(goal, contact):
+        if contact.free == 1 and self.allowed(goal)[0]:
             return goal, NOWHERE
-        look = room.look(x + contact.beyond * (goal - x))
-        x, contacts, walls = (
-            self.accepted(x, goal, contact.free),
-            [middles(look.found)],
-            list[Walls](),
-        )
+        beyond = x + contact.beyond * (goal - x)
+        x = self.accepted(x, goal, contact.free)
         room = room.under(self.energy_near(x))
-        for left in reversed(range(ROUNDS)):
+        walls, contacts = list[Walls](), []
+        for _ in range(ROUNDS):
+            look = room.look(beyond)
+            contacts.append(middles(look.found))
             goal, found = room.step(look, walls)
             walls.append(found)
             goal = self.nearby(x, goal)
             contact = room.contact(x, goal)
-            if self.is_clear(goal, contact):
-                return goal, np.concatenate(contacts)
-            if left:
-                look = room.look(x + contact.beyond * (goal - x))
-                contacts.append(middles(look.found))
+            if contact.free >= ENOUGH:
+                break
+            beyond = x + contact.beyond * (goal - x)
         return self.accepted(x, goal, contact.free), np.concatenate(contacts)
-
-    def is_clear(self, goal: Array, contact: Contact) -> bool:
-        """Whether the way to a goal is free, and the common area there is within the limit."""
-        return contact.free == 1 and bool(self.room.areas(goal)[0] <= self.limit)
 
     def energy_near(self, x: Array) -> Energy:
         """The terms, and a calm that keeps axes where they are unless a goal comes closer."""
@@ -172,18 +178,21 @@ class _Way:
 
     def accepted(self, x: Array, goal: Array, part: float) -> Array:
         """A state on the free part of the way whose common area is within the limit, or x."""
-        for _ in range(HALVINGS if part else 0):
-            reached = x + part * (goal - x)
-            if self.room.areas(reached)[0] <= self.limit:
-                return reached
-            part /= 2
-        return x
+        if part * self.longest(x, goal) < STILL:
+            return x
+        states = [x + part * share * (goal - x) for share in SHARES]
+        within = np.flatnonzero(self.allowed(*states))
+        return states[within[0]] if len(within) else x
 
     def nearby(self, x: Array, goal: Array) -> Array:
         """The goal, or a state on the way to it if points would move farther than a substep."""
+        longest = self.longest(x, goal)
+        return goal if longest <= SUBSTEP else x + SUBSTEP / longest * (goal - x)
+
+    def longest(self, x: Array, goal: Array) -> float:
+        """The longest way of a control point between two states, in font units."""
         points = [self.room.positions(state) for state in (x, goal)]
-        most = float(np.hypot(*(points[1] - points[0]).T).max(initial=0.0))
-        return goal if most <= SUBSTEP else x + SUBSTEP / most * (goal - x)
+        return float(np.hypot(*(points[1] - points[0]).T).max(initial=0.0))
 
     def cost(self, x: Array) -> float:
         """The cost of the terms."""

@@ -20,6 +20,7 @@ CALM = 0.001
 """√λ of Sec. 5.1, in ems: a drag moves an axis over its range only if it gains more than this."""
 MOVE_ITERATIONS = 30
 RELEASE_ITERATIONS = 200
+RELEASE_SUBSTEPS = 3
 RESTARTS = 8
 RESTART_SECONDS = 0.15
 """The search for a better place ends after this time, so that the kernel stays ready."""
@@ -66,7 +67,13 @@ def solve_drag(
     iterations = RELEASE_ITERATIONS if released else MOVE_ITERATIONS
     if keep is not None:
         return follow(
-            state.text, wanted, keep, locks=state.locks, ties=ties, max_iterations=iterations
+            state.text,
+            wanted,
+            keep,
+            locks=state.locks,
+            ties=ties,
+            max_iterations=iterations,
+            substeps=RELEASE_SUBSTEPS if released else 1,
         )
     solution = solve(
         state.text,
