@@ -155,7 +155,8 @@ class _Way:
         if contact.free == 1 and self.allowed(goal)[0]:
             return goal, NOWHERE
         beyond = x + contact.beyond * (goal - x)
-        x = self.accepted(x, goal, contact.free)
+        if contact.free * self.longest(x, goal) > SUBSTEP:
+            x = self.accepted(x, goal, contact.free)
         room = room.under(self.energy_near(x))
         walls, contacts = list[Walls](), []
         for _ in range(ROUNDS):

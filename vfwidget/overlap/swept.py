@@ -34,8 +34,11 @@ DEEP = 0.01
 """Font units: a corner that stays nearer to an edge slides along it, and does not cross it."""
 BEYOND = 0.3
 """Font units by which points move on after an event until the common area is computed."""
-MARGIN = 0.2
-"""Font units that points stay away from an event, because edges replace curves."""
+MARGIN = 0.3
+"""Font units that a corner stays away from an edge, because edges replace curves; but it comes at
+least half of the way."""
+LEAST = 1e-9
+"""Font units: keeps a quotient finite."""
 SAME = 1e-6
 """Events of a pair that follow each other within this part of the way are one."""
 MOST_EVENTS = 48
@@ -124,6 +127,22 @@ class Edges(NamedTuple):
     side: IntArray
 
 
+class Events(NamedTuple):
+    """Times at which a corner of one shape crosses an edge of another, pair after pair, ascending.
+
+    Attributes
+    ----------
+    pair : (m,) int array
+    time : (m,) array
+    free : (m,) array
+        A time shortly before, at which the shapes are apart if they meet then.
+    """
+
+    pair: IntArray
+    time: Array
+    free: Array
+
+
 class Motion:
     """Shapes that move, each control point along a straight line, from time 0 to 1.
 
@@ -161,16 +180,14 @@ class Motion:
         """Where a letter first meets another letter or an obstacle, among ``letters`` letters."""
         boxes = self.boxes()
         pairs = pairs_nearby(boxes, letters, between_glyphs)
-        pair, time = self.events(pairs, boxes)
-        if not len(pair):
-            return CLEAR_WAY
-        return self._first_overlap(pairs, pair, time)
+        events = self.events(pairs, boxes)
+        return self._first_overlap(pairs, events) if len(events.pair) else CLEAR_WAY
 
-    def events(self, pairs: IntArray, boxes: Array) -> tuple[IntArray, Array]:
-        """Times at which pairs (P, 2) may begin or end to overlap: pair (m,) and time (m,)."""
+    def events(self, pairs: IntArray, boxes: Array) -> Events:
+        """When pairs (P, 2) may begin or end to overlap."""
         edges = self.edges(pairs, boxes)
         if not len(edges.pair):
-            return edges.pair, np.zeros(0)
+            return Events(edges.pair, np.zeros(0), np.zeros(0))
         both = np.concatenate([edges.start, edges.end])
         low, high = both.min(0).T - SAME, both.max(0).T + SAME
         (one, other), _, _ = near_pairs(low, high, edges.pair)
@@ -178,13 +195,16 @@ class Motion:
         one, other = one[apart], other[apart]
         # Every corner is the start of one edge.
         corner, edge = np.concatenate([one, other]), np.concatenate([other, one])
-        found, time = crossings(edges.start[:, corner], edges.start[:, edge], edges.end[:, edge])
+        found, time, speed = crossings(
+            edges.start[:, corner], edges.start[:, edge], edges.end[:, edge]
+        )
         pair = edges.pair[edge[found]]
         order = np.lexsort((time, pair))
-        pair, time = pair[order], time[order]
+        pair, time, speed = pair[order], time[order], speed[order]
         fresh = begins(pair)
         fresh[1:] |= np.diff(time) > SAME
-        return pair[fresh], time[fresh]
+        margin = np.minimum(MARGIN / np.maximum(speed, LEAST), time / 2)
+        return Events(pair[fresh], time[fresh], (time - margin)[fresh])
 
     def edges(self, pairs: IntArray, boxes: Array) -> Edges:
         """The edges of each of the pairs (P, 2) that come near the other shape."""
@@ -207,9 +227,9 @@ class Motion:
         )
         return Edges(start, end, place // 2, place % 2)
 
-    def _first_overlap(self, pairs: IntArray, pair: IntArray, time: Array) -> Contact:
-        """The first of the times after events (m,) at which a pair overlaps more than at 0."""
-        looks = _looks(pair, time, BEYOND / self.longest)
+    def _first_overlap(self, pairs: IntArray, events: Events) -> Contact:
+        """The first of the times after events at which a pair overlaps more than at 0."""
+        looks = _looks(events, BEYOND / self.longest)
         known, place = np.unique(looks.pair, return_inverse=True)
         limit, begun, wave = np.zeros(len(known)), 0, WAVE
         while begun < len(looks.time):
@@ -225,8 +245,7 @@ class Motion:
             over = np.flatnonzero(areas > limit[place[some]])
             if len(over):
                 first = begun + int(over[0])
-                free = looks.event[first] - MARGIN / self.longest
-                return Contact(max(0.0, float(free)), float(looks.time[first]))
+                return Contact(float(looks.free[first]), float(looks.time[first]))
             begun, wave = begun + wave, 2 * wave
         return CLEAR_WAY
 
@@ -236,40 +255,44 @@ class Looks(NamedTuple):
 
     Attributes
     ----------
-    time, event : (c,) arrays
-        The time, and that of the last event before it.
+    time : (c,) array
+    free : (c,) array
+        The time up to which the way is free if it is blocked at this one.
     pair : (c,) int array
     """
 
     time: Array
-    event: Array
+    free: Array
     pair: IntArray
 
 
-def _looks(pair: IntArray, time: Array, soon: float) -> Looks:
+def _looks(events: Events, soon: float) -> Looks:
     """Times soon after the beginning and after each event, and midway to the next event."""
-    fresh = np.flatnonzero(begins(pair))
-    counts = np.diff(np.append(fresh, len(pair)))
-    pairs, events, ends = [], [], []
+    fresh = np.flatnonzero(begins(events.pair))
+    counts = np.diff(np.append(fresh, len(events.pair)))
+    pairs, begun, free, ends = [], [], [], []
     for first, count in zip(fresh.tolist(), counts.tolist(), strict=True):
-        times = np.concatenate([[0.0], time[first : first + count], [1.0]])
+        own = slice(first, first + count)
         kept = np.arange(count + 1)
         if count > MOST_EVENTS:
             kept = np.linspace(0, count, MOST_EVENTS).astype(np.intp)
-        pairs.append(np.full(len(kept), pair[first]))
-        events.append(times[kept])
-        ends.append(times[kept + 1])
-    of, event, end = np.concatenate(pairs), np.concatenate(events), np.concatenate(ends)
-    middle = np.where(end == 1.0, 1.0, (event + end) / 2)
-    both = np.concatenate([np.minimum(event + soon, middle), middle])
-    order = np.argsort(both, kind="stable")
-    return Looks(both[order], np.tile(event, 2)[order], np.tile(of, 2)[order])
+        pairs.append(np.full(len(kept), events.pair[first]))
+        begun.append(np.concatenate([[0.0], events.time[own]])[kept])
+        free.append(np.concatenate([[0.0], events.free[own]])[kept])
+        ends.append(np.concatenate([events.time[own], [1.0]])[kept])
+    begin, end = np.concatenate(begun), np.concatenate(ends)
+    middle = np.where(end == 1.0, 1.0, (begin + end) / 2)
+    time = np.concatenate([np.minimum(begin + soon, middle), middle])
+    order = np.argsort(time, kind="stable")
+    both = (np.tile(np.concatenate(values), 2)[order] for values in (free, pairs))
+    return Looks(time[order], *both)
 
 
-def crossings(corners: Array, starts: Array, ends: Array) -> tuple[IntArray, Array]:
-    """Which corners (2, M, 2) cross edges between ``starts`` and ``ends``, and at which times.
+def crossings(corners: Array, starts: Array, ends: Array) -> tuple[IntArray, Array, Array]:
+    """Which corners (2, M, 2) cross edges between ``starts`` and ``ends``, when, and how fast.
 
-    All of them move along straight lines from time 0 to 1. An edge may be crossed twice.
+    All of them move along straight lines from time 0 to 1. An edge may be crossed twice. The speed
+    is that across the edge, in font units.
     """
     side, away = ends - starts, corners - starts
     turn, way = side[1] - side[0], away[1] - away[0]
@@ -288,8 +311,10 @@ def crossings(corners: Array, starts: Array, ends: Array) -> tuple[IntArray, Arr
         part = (along[0] * along[1]).sum(-1) / (along[0] ** 2).sum(-1)
     crossed = (t >= 0) & (t <= 1) & (part >= -1e-9) & (part <= 1 + 1e-9)
     crossed &= apart > DEEP * np.maximum(*length)
-    which = np.nonzero(crossed)
-    return which[1], t[which]
+    root, at = np.nonzero(crossed)
+    time = t[root, at]
+    across = abs(slope[at] + 2 * bend[at] * time)
+    return at, time, across / np.hypot(*(side[0][at] + time[:, None] * turn[at]).T)
 
 
 def _cross(one: Array, other: Array) -> Array:
