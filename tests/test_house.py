@@ -10,8 +10,8 @@ import vfwidget
 
 ROOT = Path(vfwidget.__file__).parent
 ROOMS = (
-    "errors deprecation limits arrays outline font export text raster solver energy overlap motion "
-    "matching design plot view"
+    "errors deprecation limits arrays files outline font export text raster solver energy overlap "
+    "motion matching design plot view"
 ).split()
 """What stands later may import what stands earlier, and never the reverse."""
 LONGEST = 400

@@ -87,6 +87,40 @@ def test_an_unknown_axis():
         vf.load_font("recursive").instance({"WGHT": 400})
 
 
+def test_a_static_font_has_no_instances():
+    with pytest.raises(vf.AxisError, match="no axes that could be pinned or narrowed"):
+        vf.Text("recursive", "a").to_font().instance({})
+
+
+@pytest.mark.parametrize("name", ["", " ", 5, "a\0b", "a\ud800", "a" * 256])
+def test_what_is_no_name_of_a_family(name):
+    text = vf.Text("recursive", "a")
+    for make in (lambda: text.to_font(name=name), lambda: text.font.instance({"wght": 400}, name)):
+        with pytest.raises(vf.FontError, match="family name is a string of 1 to 255 printable"):
+            make()
+
+
+@pytest.mark.parametrize("string", ["", 5, b"a"])
+def test_what_is_no_text_to_keep_glyphs_for(string):
+    with pytest.raises(vf.FontError, match="string of at least one character; received"):
+        vf.load_font("recursive").instance({"wght": 400}, string=string)
+
+
+@pytest.mark.parametrize("path", ["", 5, "a\0b", b"a.ttf"])
+def test_what_is_no_path_of_a_font(path):
+    text = vf.Text("dynapuff", "a")
+    for save in (text.font.save, text.to_font):
+        with pytest.raises(vf.VFWidgetError, match="A file to write is named by"):
+            save(path)
+
+
+def test_a_file_that_cannot_be_written(tmp_path):
+    text = vf.Text("dynapuff", "a")
+    for path, error in ((tmp_path, IsADirectoryError), (tmp_path / "a/b", FileNotFoundError)):
+        with pytest.raises(error):
+            text.to_font(path)
+
+
 def test_a_font_that_cannot_be_instantiated():
     def add(builder):
         builder.font["STAT"] = broken = DefaultTable("STAT")

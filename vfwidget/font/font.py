@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
-from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,7 @@ from fontTools.ttLib import TTFont
 
 from ..arrays import Array, ArrayLike, IntArray
 from ..errors import FontError, GlyphError
+from ..files import write
 from ..outline.coordinates import check_coordinates
 from ..outline.glyph import Glyph
 from ..outline.varying import Varying
@@ -214,14 +214,15 @@ class Font(DesignSpace):
         name : str, optional
             Family name; by default the parent's, followed by the pinned values.
         string : str, optional
-            Keep only the glyphs that this text may need.
+            Keep only the glyphs that this text may need. By default all.
 
         Raises
         ------
         AxisError
             The axis is unknown, or a value lies outside its range.
         FontError
-            fontTools cannot make the instance, or some glyphs are not those of the file.
+            The name is no name or the string is empty, fontTools cannot make the instance, or some
+            glyphs are not those of the file.
         """
         self._drawings.check_none()
         if isinstance(axes, NamedInstance):
@@ -253,11 +254,11 @@ class Font(DesignSpace):
 
         Raises
         ------
-        FontError, OSError
-            Some glyphs are not those of the file, or it cannot be written.
+        FontError, OSError, VFWidgetError
+            Some glyphs are not those of the file, it cannot be written, or the path is none.
         """
         self._drawings.check_none()
-        Path(path).write_bytes(font_bytes(self._ttfont))
+        write(path, font_bytes(self._ttfont))
 
     def describe(self) -> Description:
         """What the file holds: axes, instances, tables read and tables left aside, as one table.

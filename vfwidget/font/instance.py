@@ -5,7 +5,6 @@ fontTools' instancer and subsetter do the work.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from numbers import Real
@@ -19,11 +18,15 @@ from ..errors import AxisError, FontError
 from .alternates import add_alternates
 from .axes import Axis
 from .names import family_name
+from .source import damage, saved
 
 AxisLimits = dict[str, float | tuple[float, ...]]
 FAMILY, STYLE, UNIQUE, FULL, POSTSCRIPT = 1, 2, 3, 4, 6
 OTHER_NAMES = (16, 17, 21, 22, 25)
 """Names that would group the instance with its parent (typographic family and style, and such)."""
+
+LONGEST_NAME = 255
+"""Characters of a family name: file systems and font menus end there."""
 
 
 def check_limits(axes: Sequence[Axis], values: Mapping[str, Any]) -> AxisLimits:
@@ -32,14 +35,16 @@ def check_limits(axes: Sequence[Axis], values: Mapping[str, Any]) -> AxisLimits:
     Raises
     ------
     AxisError
-        The values are no mapping, an axis is unknown, or a value is not a number or an ascending
-        range within the axis.
+        The font has no axes, the values are no mapping, an axis is unknown, or a value is not a
+        number or an ascending range within the axis.
     """
     if not isinstance(values, Mapping):
         raise AxisError(
             "An instance needs axis values by tag, such as {'wght': 700}; "
             f"received {values!r:.200}."
         )
+    if not axes:
+        raise AxisError("This font has no axes that could be pinned or narrowed: it is static.")
     known = {axis.tag: axis for axis in axes}
     limits: AxisLimits = {}
     for tag, value in values.items():
@@ -81,24 +86,23 @@ def instantiate(font: TTFont, limits: AxisLimits, name: str | None, string: str 
     Raises
     ------
     FontError
-        fontTools cannot make the instance; the message gives its reason.
+        The name is no name or the text is empty, or fontTools cannot make the instance; the message
+        gives its reason.
     """
-    family = name or " ".join([family_name(font), *map(_label, limits.items())])
-    try:
+    if name is None:
+        name = " ".join([family_name(font), *map(_label, limits.items())])
+    elif not _is_name(name):
+        raise FontError(
+            f"A family name is a string of 1 to {LONGEST_NAME} printable characters; "
+            f"received {name!r:.200}."
+        )
+    with damage("No instance can be made of this font"):
         if string is not None:
             _keep_glyphs(font, string)
         font = instancer.instantiateVariableFont(font, limits, inplace=True)
         if "name" in font:
-            _rename(font, family)
-        file = io.BytesIO()
-        font.flavor = None
-        font.save(file)
-    except Exception as error:
-        # What a damaged or unusual table makes of it can be any exception.
-        raise FontError(
-            f"No instance can be made of this font ({type(error).__name__}: {error})."
-        ) from error
-    return file.getvalue()
+            _rename(font, name)
+        return saved(font)
 
 
 def web_font(font: TTFont, string: str, alternates: Mapping[str, Sequence[str]]) -> bytes:
@@ -115,24 +119,26 @@ def web_font(font: TTFont, string: str, alternates: Mapping[str, Sequence[str]])
     Raises
     ------
     FontError
-        fontTools cannot make the file; the message gives its reason.
+        The text is empty, or fontTools cannot make the file; the message gives its reason.
     """
-    try:
+    with damage("No web font can be made of this font"):
         _keep_glyphs(font, string)
         if alternates:
             add_alternates(font, alternates)
-        file = io.BytesIO()
-        font.flavor = "woff2"
         font.recalcTimestamp = False  # the same text gives the same file
-        font.save(file)
-    except Exception as error:
-        raise FontError(
-            f"No web font can be made of this font ({type(error).__name__}: {error})."
-        ) from error
-    return file.getvalue()
+        return saved(font, "woff2")
+
+
+def _is_name(name: Any) -> bool:
+    return isinstance(name, str) and name.isprintable() and 1 <= len(name.strip()) <= LONGEST_NAME
 
 
 def _keep_glyphs(font: TTFont, string: str) -> None:
+    if not isinstance(string, str) or not string:
+        raise FontError(
+            "The text whose glyphs the font shall have must be a string of at least one character; "
+            f"received {string!r:.200}."
+        )
     options = subset.Options(layout_features=["*"], name_IDs=["*"], notdef_outline=True)
     subsetter = subset.Subsetter(options)
     subsetter.populate(text=string)

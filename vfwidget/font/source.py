@@ -51,7 +51,9 @@ def open_font(source: FontSource, index: int = 0) -> TTFont:
         Unknown name, missing or oversized file, failed download, or not a font.
     """
     if isinstance(source, TTFont):
-        source = _saved(source)
+        # A table that was edited or is damaged can fail to compile with any exception.
+        with damage("The open font cannot be saved, so it cannot be read"):
+            source = saved(source)
     data = bytes(source) if isinstance(source, bytes | bytearray | memoryview) else _read(source)
     if len(data) > limits.font_file_bytes:
         raise FontError(
@@ -102,19 +104,14 @@ def font_bytes(font: TTFont) -> bytes:
     return bytes(font.reader.file.getvalue())
 
 
-def _saved(font: TTFont) -> bytes:
-    """An open font as a file, without compression; the font itself is left as it is."""
-    file, flavor = io.BytesIO(), font.flavor
+def saved(font: TTFont, flavor: str | None = None) -> bytes:
+    """An open font as a file, by default without compression; the font itself is left as it is."""
+    file, own = io.BytesIO(), font.flavor
     try:
-        font.flavor = None
-        font.save(file, reorderTables=None)
-    except Exception as error:
-        # A table that was edited or is damaged can fail to compile with any exception.
-        raise FontError(
-            f"The open font cannot be saved, so it cannot be read ({reason(error)})."
-        ) from error
-    finally:
         font.flavor = flavor
+        font.save(file, reorderTables=None)
+    finally:
+        font.flavor = own
     return file.getvalue()
 
 

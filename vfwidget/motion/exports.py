@@ -12,10 +12,10 @@ from ..arrays import Array
 from ..errors import MotionError
 from ..export.animated_svg import animated_picture
 from ..export.css_animation import markup, style_sheet
-from ..export.files import written
 from ..export.images import read_colour
 from ..export.lottie import lottie
 from ..export.page import font_face, page
+from ..files import written
 from ..text import Text
 from .image_exports import ImageExports, PathLike
 from .numbers import LARGEST, read_flag, read_number

@@ -6,8 +6,8 @@ import os
 from collections.abc import Iterator
 from typing import Any, TypeAlias
 
-from ..export.files import write_numbered, written
 from ..export.images import gif, over, png, read_colour, video
+from ..files import write_numbered, written
 from .frames import FPS, drawn_frames
 from .numbers import read_flag, read_number
 

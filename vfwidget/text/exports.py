@@ -10,8 +10,8 @@ from typing import Any, overload
 
 from ..errors import TextError
 from ..export.css import declarations
-from ..export.files import written
 from ..export.svg import picture
+from ..files import written
 from ..font import Font
 from .colours import palette_of, shapes, without_crossings
 from .composition import Composition
@@ -133,9 +133,9 @@ class Exports:
         TextError
             The letters have axis values of their own.
         FontError
-            fontTools cannot make the instance.
-        OSError
-            The file cannot be written.
+            The name is no name, or fontTools cannot make the instance.
+        VFWidgetError, OSError
+            The path is none, or the file cannot be written.
         """
         if not self.composition.shared:
             raise TextError("to_font needs one location for all letters; use shared=True.")

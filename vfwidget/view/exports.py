@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from typing import Any, overload
 
-from ..export.files import written
 from ..export.page import page, view
+from ..files import written
 from ..font import Font
 from .bundle import PAGE_STYLE, built
 

@@ -14,8 +14,8 @@ import traitlets
 
 from ..errors import MotionError
 from ..export.animated_svg import still_picture
-from ..export.files import written
 from ..export.page import page, view
+from ..files import written
 from ..motion.animation import Animation
 from ..motion.numbers import read_flag, read_number
 from ..motion.tracks import outlines
