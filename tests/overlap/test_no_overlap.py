@@ -100,6 +100,16 @@ def test_locks_are_respected():
     assert solution.free
 
 
+def test_letters_that_are_tied_together_stay_equal():
+    text = vf.Text("roboto-flex", "lon", axes={"wght": 900, "wdth": 120}, shared=False)
+    text = text.at(offsets=[(0, 0), (-200, 0), (0, 0)])
+    assert vf.overlaps(text)
+    solution = vf.resolve_overlaps(text, ties=[(0, 2)])
+    assert solution.free and vf.overlaps(solution.text) == []
+    first, second, third = solution.axes
+    assert first == third != second
+
+
 def test_what_cannot_be_resolved():
     solution = vf.resolve_overlaps(vf.Text("dynapuff", "o"), [HUGE], restarts=1)
     assert not solution.free

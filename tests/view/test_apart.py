@@ -35,6 +35,30 @@ def test_a_drag_stops_at_an_obstacle_and_names_the_contact():
     assert vf.overlaps(editor.text, [BAR])
 
 
+def test_letters_that_are_tied_together_make_room_together():
+    axes = [{"wght": weight} for weight in (300, 300, 900, 100)]
+    text = vf.Text("roboto-flex", "noon", axes=axes, shared=False, tracking=40)
+    right = float(text.points()[:, 0].max())
+    bar = [(right + 15, -3000), (right + 75, -3000), (right + 75, 3000), (right + 15, 3000)]
+    editor = vf.Editor(text, obstacles=[bar], avoid_overlaps=True)
+    # The view gives all letters of the range the axes of the third one, and the last hits the bar.
+    equal = [text.axes[2]] * 4
+    assert vf.overlaps(text.at(axes=equal), [bar])
+    tip = text.handle(glyph=2, contour=0, segment=3, t=0.5)
+    x, y = text.at(axes=equal).position(tip).tolist()
+    place = [tip.glyph, tip.contour, tip.segment, tip.t]
+    message = {"type": "drag", "view": "v", "gesture": "g", "range": [0, 3], "axes": equal}
+    message |= {"handle": place, "y": y}
+    reached = []
+    for seq, (phase, left) in enumerate((("down", 0), ("move", 15), ("move", 30))):
+        editor._receive(editor, {**message, "seq": seq, "phase": phase, "x": x - left}, [])
+        assert vf.overlaps(editor.text, [bar]) == []
+        assert all(own == editor.axes[0] for own in editor.axes)
+        reached.append(float(editor.text.position(tip)[0]))
+    # Room makes the letters narrower, and the point goes on to the pointer as far as it can.
+    assert reached[0] > reached[1] + 15 > reached[2] + 15 > x
+
+
 def test_the_switch_makes_room_as_one_step():
     editor = vf.Editor(WORD, obstacles=[BAR])
     send(editor, "down", RIGHT)

@@ -13,9 +13,9 @@ import numpy as np
 from ..arrays import Array
 from ..energy import Solution, StayClose, Term
 from ..energy.descent import descend
-from ..energy.energy import Energy
 from ..energy.solution import UNREACHABLE
 from ..energy.solve import ends_reached, solution_of
+from ..energy.tied import Ties, energy_of
 from ..errors import SolveError
 from ..solver.problem import Tolerances, is_count, is_number
 from ..solver.status import CONVERGED, Outcome
@@ -77,6 +77,7 @@ def resolve_overlaps(
     method: str = "area",
     terms: Sequence[Term] = (),
     locks: Collection[str] = (),
+    ties: Ties = (),
     restarts: int = 5,
     seconds: float | None = None,
 ) -> Resolution:
@@ -98,6 +99,8 @@ def resolve_overlaps(
         Further terms, such as pins.
     locks : collection of str
         Tags of axes that keep their values.
+    ties : sequence of sequences of int
+        Groups of letters that share one axis vector, as for :func:`solve`. Default: none.
     restarts : int
         If no free state is found from the user's state, the search is repeated from this many
         other places. The nearest state is the result. Default 5.
@@ -144,7 +147,7 @@ def resolve_overlaps(
         raise SolveError(f"terms must be a sequence of terms; received {terms!r:.200}.")
     until = math.inf if seconds is None else time.perf_counter() + seconds
     keep = NoOverlap(obstacles, between_glyphs, gap, method=method)
-    search = _Search(text, keep, terms, locks)
+    search = _Search(text, keep, terms, locks, ties)
     if search.excess(search.start) <= TOUCH:
         return search.resolution(search.start)
     best = search.near(search.start)
@@ -160,11 +163,17 @@ class _Search:
     """The free states of one text, and which of them is nearest to the user's state."""
 
     def __init__(
-        self, text: Text, keep: NoOverlap, terms: Sequence[Term], locks: Collection[str]
+        self,
+        text: Text,
+        keep: NoOverlap,
+        terms: Sequence[Term],
+        locks: Collection[str],
+        ties: Ties,
     ) -> None:
         self.text = text
-        self.push = Energy(text, [keep, StayClose(PUSHED), *terms], locks=locks)
-        self.room = Room(Energy(text, [StayClose(NEAREST), *terms], locks=locks), keep)
+        self.push = energy_of(text, [keep, StayClose(PUSHED), *terms], locks=locks, ties=ties)
+        wish = energy_of(text, [StayClose(NEAREST), *terms], locks=locks, ties=ties)
+        self.room = Room(wish, keep)
         self.start = self.push.unknowns.start
         self.ends: list[Look] = []
         self.steps = 0

@@ -7,12 +7,14 @@ from typing import Any
 import traitlets
 
 from ..energy.handle_terms import Pin
+from ..energy.tied import Ties
 from ..export.svg import path_data
 from ..overlap.no_overlap import NoOverlap
 from ..overlap.resolve import resolve_overlaps
 from ..overlap.shape import Shape, read_obstacles
 from ..text import Text
 from .constraints import terms
+from .drag import ties_of
 from .state import State
 
 ROOM_SECONDS = 0.5
@@ -51,7 +53,9 @@ class KeepsApart(traitlets.HasTraits):
         state, keep, presses = self._history.present, self._keep, content.get("phase") == "down"
         if "axes" in content and (keep is None or presses):
             state = state.at(self._moved(content["axes"]))
-        free = room(state, keep) if keep is not None and presses else None
+        free = None
+        if keep is not None and presses:
+            free = room(state, keep, ties_of(content, state.text))
         return state if free is None else state.at(free)
 
     @traitlets.validate("obstacles")
@@ -71,14 +75,19 @@ class KeepsApart(traitlets.HasTraits):
             self.error = CROWDED if text is None else ""
 
 
-def room(state: State, keep: NoOverlap) -> Text | None:
-    """The nearest text at which nothing overlaps; None if none is found."""
+def room(state: State, keep: NoOverlap, ties: Ties = ()) -> Text | None:
+    """The nearest text at which nothing overlaps; None if none is found.
+
+    Letters that are tied together stay equal. Otherwise a drag of them would set out from the axes
+    of the first one, at which the others may overlap again.
+    """
     pins = [Pin(pin, state.text.position(pin)) for pin in state.pins]
     solution = resolve_overlaps(
         state.text,
         keep.obstacles,
         terms=[*pins, *terms(state.constraints, state.text)],
         locks=state.locks,
+        ties=ties,
         seconds=ROOM_SECONDS,
     )
     return solution.text if solution.free else None

@@ -133,8 +133,7 @@ class Drags:
             # A glyph may change during a drag; the view names the point as it was at the press.
             handle = press.handle(*message["handle"])
             target = Target(handle, (float(message["x"]), float(message["y"])))
-            first, last = message.get("range", (0, 0))
-            ties = [range(len(state.text.glyphs))[first : last + 1]]
+            ties = ties_of(message, state.text)
         except (KeyError, TypeError, ValueError) as error:
             raise SolveError(
                 f"This drag message is malformed ({type(error).__name__}: {error})."
@@ -143,6 +142,24 @@ class Drags:
         released = phase == "up"
         followed = solve_drag(state, self._press, target, released=released, keep=keep, ties=ties)
         return followed, handle
+
+
+def ties_of(message: dict[str, Any], text: Text) -> Ties:
+    """The letters that share one axis vector by a drag message.
+
+    Raises
+    ------
+    SolveError
+        The range is not two whole numbers.
+    """
+    try:
+        first, last = message.get("range", (0, 0))
+        return [range(len(text.glyphs))[first : last + 1]]
+    except (TypeError, ValueError) as error:
+        raise SolveError(
+            "The range of a drag message must be the first and the last letter; "
+            f"received {message.get('range')!r:.200}."
+        ) from error
 
 
 def answer(followed: Followed, handle: Handle) -> dict[str, Any]:
