@@ -20,13 +20,11 @@ import numpy as np
 
 from ..arrays import Array, BoolArray
 from ..energy import Term
-from ..energy.descent import descend
-from ..energy.energy import Energy
 from ..overlap.gaps import Gaps
-from ..solver.problem import Tolerances
-from ..text.place import AXES, OFFSETS, ROTATIONS, Place
+from ..text.place import OFFSETS, ROTATIONS, Place
 from .body import Body
 from .flight import Flight
+from .free_step import FreeStep
 from .laws import Laws, State
 from .scene import Scene
 from .terms import (
@@ -37,14 +35,9 @@ from .terms import (
     Inertia,
     Rolling,
     Sliding,
-    Springs,
     Touches,
 )
-from .warm import start_of
 
-TOLERANCES = Tolerances(step=1e-10, absolute_cost=1e-8, relative_cost=1e-13)
-MOST_STEPS = 40
-"""Of the solver, for each solve."""
 CLOSE = 0.05
 """Font units: a smaller gap is a contact."""
 PART = 0.4
@@ -69,8 +62,6 @@ UNCLEAR = 1.0
 """Font units: contacts that are deeper are found where the contacts before the step lead."""
 ROLLING = 0.08, 0.5
 """Rolling resistance is so large a part of the friction, at an arm of so many ems."""
-MARGIN = 1.0
-"""Font units beyond the motion of a step within which contacts are found."""
 
 
 class BlockedError(Exception):
@@ -111,7 +102,8 @@ class Stepper:
             end = now + left
             while end - now > 1e-9 * whole:
                 bounce = self.laws.restitution > 0 and impacts < most
-                step = _Step(self, state, now, min(end - now, most_h), acceleration, rest)
+                h = min(end - now, most_h)
+                step = _Step(self.body, self.scene, self.laws, state, now, h, acceleration, rest)
                 state, used = step.taken(bounce)
                 impacts += used == 0
                 now += used
@@ -119,132 +111,76 @@ class Stepper:
         return state
 
 
-class _Step:
-    """One step from a state, over at most h seconds."""
+class _Step(FreeStep):
+    """A step with contact and impact."""
 
-    def __init__(
-        self,
-        stepper: Stepper,
-        state: State,
-        time: float,
-        h: float,
-        acceleration: Array,
-        rest: Array,
-    ) -> None:
-        self.body, self.scene, self.laws = stepper.body, stepper.scene, stepper.laws
-        self.state, self.time = state, time
-        self.acceleration, self.rest = acceleration, rest
-        self.touching = state.touching
-        self.flight = Flight(self.body, state.place, state.velocity)
-        self.reduced = self.flight.reduced
-        self.outlines, self.obstacles = self.scene.at(time)
-        self.longest = np.inf
-        self.now = self._segments(state.place, self.obstacles)
-        self._last(h)
-
-    def _last(self, h: float) -> None:
-        """Let the step last h seconds: the place to which it leads without contact."""
-        self.h = h
-        self.free = self._solve(self._motion())
-        outlines, self.later = self.scene.at(self.time + h)
-        self.matches = outlines is self.outlines
-        self.outlines = outlines
-        later = self._segments(self.free, self.later)
-        self.moved = np.zeros_like(later)
-        self.moved[: len(self.body.controls)] = (later - self.now)[: len(self.body.controls)]
-        if self.matches:
-            self.moved = later - self.now
-        # Shapes that move together have no motion relative to each other.
-        count, owner = len(self.scene.stroke), outlines.owner
-        size = np.maximum(np.bincount(owner, minlength=count), 1)
-        mean = np.stack(
-            [np.bincount(owner, self.moved[..., i].mean(1), count) / size for i in range(2)], 1
-        )
-        spread = np.zeros(count)
-        np.maximum.at(spread, owner, np.linalg.norm(self.moved - mean[owner, None], axis=2).max(1))
-        between = np.linalg.norm(mean[:, None] - mean, axis=2)
-        self.ways = between + spread[:, None] + spread
-        letters = len(self.body.rows)
-        self.reach = float(self.ways[:letters].max()) + MARGIN
-
-    def _motion(self) -> list[Term]:
-        """Inertia and springs over the step."""
-        h, laws, state = self.h, self.laws, self.state
-        # A letter in contact takes the force at the end of the step (implicit Euler). A letter in
-        # free flight takes its mean, which gives an exact parabola.
-        self.share = np.where(self.touching, 1.0, 0.5)[:, None] * self.acceleration
-        self.goal = self.flight.ahead(h) + h * h * self.body.force(self.share)
-        weights = h * h * laws.stiffness + h * laws.damping
-        pull = h * h * laws.stiffness * self.rest + h * laws.damping * state.place[AXES]
-        reference = np.divide(pull, weights, out=self.rest.copy(), where=weights > 0)
-        terms: list[Term] = [Inertia(self.body, self.goal)]
-        if weights.any():
-            terms.append(Springs(weights, reference))
-        return terms
-
-    def _solve(
-        self,
-        terms: Sequence[Term],
-        contact: Contact | None = None,
-        start: Mapping[str, Array] | None = None,
-        free: tuple[str, ...] = (),
-    ) -> Place:
-        """The place at which the terms are least, from the place of the state or from ``start``.
-
-        A search for contact starts where the motion leads without it. There the contacts that
-        matter are active, while at the place of the state they have no slope yet.
-        """
-        text = self.body.text.moved_to(self.state.place)
-        energy = Energy(text, terms, free=free or self.body.free)
-        begin = energy.unknowns.start if start is None else energy.unknowns.flat(start)
-        if contact is not None:
-            begin = start_of(energy, contact, begin)
-            energy = energy.at(text, [*terms, contact])
-        found = descend(energy, begin, TOLERANCES, MOST_STEPS, scale_by_columns=True)
-        return Place(energy.unknowns.place(found.state.x))
-
-    def _gaps(self, segments: Array, reach: float) -> Gaps:
-        return self.scene.gaps(self.outlines, segments, reach)
-
-    def _segments(self, place: Mapping[str, Array], obstacles: Array) -> Array:
-        return np.concatenate([self.body.positions(place)[self.body.controls], obstacles])
+    longest = np.inf
 
     def taken(self, bounce: bool) -> tuple[State, float]:
         """The state after the step, and its duration; 0 for an impact."""
-        near = self._gaps(self.now, self.reach)
+        near = self.gaps(self.now, self.reach)
         if not len(near.gap):
-            return self._moved(self.free), self.h
+            return self.after(self.free), self.h
         part = self._part(near)
         self.longest = part * self.h
         if part < 1 and self.laws.substeps is None:
-            self._last(max(0.9 * part * self.h, self.laws.frame / MOST_CUTS))
-        ahead = self._gaps(self._segments(self.free, self.later), self.reach)
-        inside = ahead.some(ahead.gap < 0)
-        if not len(inside.gap):
-            return self._moved(self.free), self.h
-        before = self._relative(inside, self.now)
-        start = (before * inside.normal).sum(1)
-        speed = (start - inside.gap) / self.h
-        size = float(np.hypot(*self.acceleration.T).max(initial=0.0))
-        fast = np.minimum(speed, self._approach(inside)) > max(FAST * size * self.laws.frame, 1e-6)
-        if bounce and fast.any():
-            way = start[fast] / (start[fast] - inside.gap[fast])
-            part = float(np.clip(way, 0.0, 1.0).min())
-            if part * self.h * float(speed[fast].max()) > CLOSE:
-                self._last(part * self.h)
-                return self._moved(self.free), self.h
-            return self._reflected(), 0.0
-        self.touching = self.touching | self._letters_of(inside)
+            self.set_duration(max(0.9 * part * self.h, self.laws.frame / MOST_CUTS))
+        inside = self._resting()
+        resting = bool(len(inside.gap))
+        if not resting:
+            ahead = self.gaps(self.segments(self.free, self.later), self.reach)
+            inside = ahead.some(ahead.gap < 0)
+            if not len(inside.gap):
+                return self.after(self.free), self.h
+            impact = self._impact(inside) if bounce else None
+            if impact is not None:
+                return impact
+        self.touching = self.touching | self.letters_of(inside)
         while True:
-            state, depth = self._in_contact()
+            state, depth = self._in_contact(resting)
             shortest = self.h <= self.laws.frame / MOST_CUTS
             if depth < LEFT or shortest:
                 break
             # Contacts that come and go from round to round are fewer in a shorter step.
-            self._last(max(self.h / 2, self.laws.frame / MOST_CUTS))
+            self.set_duration(max(self.h / 2, self.laws.frame / MOST_CUTS))
         if depth > BLOCKED:
             raise BlockedError(depth)
         return state, self.h
+
+    def _resting(self) -> Gaps:
+        """The contacts that this step presses together, if nothing near approaches fast.
+
+        Then the contacts before the step are those of the step, and no others are looked for.
+        """
+        near = self.gaps(self.now, self.reach)
+        ends = self.segments(self.free, self.later)
+        pressed = (near.gap < CLOSE) & ((self.relative(near, ends) * near.normal).sum(1) < 0)
+        slow = self.matches and not self._fast(near).any()
+        return near.some(pressed & slow)
+
+    def _fast(self, gaps: Gaps) -> BoolArray:
+        """Which gaps close so fast that their contact is an impact, before any force acts."""
+        velocities = np.zeros_like(self.now)
+        own = self.body.velocities(self.state.velocity)[self.body.controls]
+        velocities[: len(own)] = own
+        if self.matches:
+            velocities[len(own) :] = (self.later - self.obstacles) / self.h
+        approach = -(self.relative(gaps, velocities) * gaps.normal).sum(1)
+        size = float(np.hypot(*self.acceleration.T).max(initial=0.0))
+        return np.asarray(approach > max(FAST * size * self.laws.frame, 1e-6))
+
+    def _impact(self, inside: Gaps) -> tuple[State, float] | None:
+        """The state before or after an impact, and the time until then; None for a slow contact."""
+        before = (self.relative(inside, self.now) * inside.normal).sum(1)
+        fast = self._fast(inside) & (before > inside.gap)
+        if not fast.any():
+            return None
+        start, end = before[fast], inside.gap[fast]
+        part = float(np.clip(start / (start - end), 0.0, 1.0).min())
+        if part * float((start - end).max()) > CLOSE:
+            self.set_duration(part * self.h)
+            return self.after(self.free), self.h
+        return self._reflected(), 0.0
 
     def _part(self, near: Gaps) -> float:
         """The part of the step after which outlines have moved as far as they may."""
@@ -252,45 +188,31 @@ class _Step:
         room = np.maximum(near.gap, 0.0) + PART * self.scene.stroke[near.shape].min(1)
         return float((room / np.maximum(way, 1e-12)).min())
 
-    def _relative(self, gaps: Gaps, segments: Array) -> Array:
-        """The first points of some gaps as seen from the second ones, at given segments."""
-        first, second = gaps.ends(segments)
-        return first - second
-
-    def _approach(self, gaps: Gaps) -> Array:
-        """The speed at which some gaps close before the forces of this step act, (C,)."""
-        velocities = np.zeros_like(self.now)
-        own = self.body.velocities(self.state.velocity)[self.body.controls]
-        velocities[: len(own)] = own
-        if self.matches:
-            velocities[len(own) :] = (self.later - self.obstacles) / self.h
-        return -(self._relative(gaps, velocities) * gaps.normal).sum(1)
-
-    def _moved(self, place: Place, touching: BoolArray | None = None) -> State:
-        """The state at a place that the step has led to."""
-        velocity = self.flight.velocity_at(place, self.goal, self.h)
-        velocity += self.h * self.body.force(self.acceleration - self.share)
-        if touching is None:
-            touching = np.zeros(len(self.body.rows), dtype=bool)
-        return State(place, velocity, touching)
-
-    def _in_contact(self) -> tuple[State, float]:
+    def _in_contact(self, resting: bool) -> tuple[State, float]:
         """The state after a step with contact, without bounce, and its deepest contact."""
-        terms, place, touches = self._motion(), self.free, self._touches(self.free, self.reach)
+        terms, place = self.motion(), self.free
+        before = Touches(self.body, self.gaps(self.now, self.reach), self.later)
+        touches = before if resting else self._touches(place, self.reach)
         if touches.gaps.gap.min() < -UNCLEAR and self.matches:
             # Deep inside, the nearest way out may lead to the wrong side. Before the step the
             # sides were clear.
-            before = Touches(self.body, self._gaps(self.now, self.reach), self.later)
-            place = self._solve(terms, Contact(before), place)
+            place = self.solve(terms, Contact(before), place)
             touches = self._touches(place, self.reach)
-        place, touches, depth = self._apart(terms, touches, place)
+        rough, depth = resting and self.laws.friction > 0, 0.0
+        if rough:
+            # The solve with friction finds the contacts again.
+            place = self.solve(terms, Contact(touches), place)
+        else:
+            place, touches, depth = self._apart(terms, touches, place)
         force = Contact(touches).force_at(place)
-        if self.laws.friction and force.any():
-            frictions = self._frictions(touches, force)
-            if max(abs(one.moved(place)).max() for one in frictions) > SLIP / 10:
-                place, touches, depth = self._apart([*terms, *frictions], touches, place)
-                force = Contact(touches).force_at(place)
-        state = self._moved(place, self._letters_of(touches.gaps.some(force > 0)))
+        # A step that is left this deep is tried again, or has failed.
+        rubs = self.laws.friction > 0 and depth < LEFT and force.any()
+        rubbing = self._frictions(touches, force) if rubs else []
+        slipping = any(abs(one.moved(place)).max() > SLIP / 10 for one in rubbing)
+        if slipping or rough:
+            place, touches, depth = self._apart([*terms, *rubbing], touches, place)
+            force = Contact(touches).force_at(place)
+        state = self.after(place, self.letters_of(touches.gaps.some(force > 0)))
         return state if self.scene.moving else self._without_gain(state), depth
 
     def _frictions(self, touches: Touches, force: Array) -> list[Friction]:
@@ -298,7 +220,7 @@ class _Step:
         pressed = np.flatnonzero(force > 0)
         rubbing = Touches(self.body, touches.gaps.some(pressed), self.later)
         limit = self.laws.friction * force[pressed]
-        found: list[Friction] = [Sliding(limit, rubbing, self._relative(rubbing.gaps, self.now))]
+        found: list[Friction] = [Sliding(limit, rubbing, self.relative(rubbing.gaps, self.now))]
         if self.body.rotates:
             loads = np.zeros(len(self.scene.stroke))
             np.add.at(loads, rubbing.gaps.shape, limit[:, None])
@@ -312,7 +234,7 @@ class _Step:
     ) -> tuple[Place, Touches, float]:
         """The least place whose contacts are found there, the contacts, and how deep one is."""
         for _ in range(MOST_ROUNDS):
-            place = self._solve(terms, Contact(touches), place)
+            place = self.solve(terms, Contact(touches), place)
             found = self._touches(place, min(max(self.reach, NEARBY), DEEP))
             depth = -float(found.gaps.gap.min(initial=0.0))
             if depth < DEEPEST:
@@ -322,46 +244,35 @@ class _Step:
 
     def _touches(self, place: Mapping[str, Array], reach: float) -> Touches:
         """The contacts at a place at the end of the step."""
-        gaps = self._gaps(self._segments(place, self.later), reach)
+        gaps = self.gaps(self.segments(place, self.later), reach)
         return Touches(self.body, gaps, self.later)
 
     def _without_gain(self, state: State) -> State:
         """The state with no more energy than before the step; contact takes energy only."""
-        before, after = (self._potential(s.place) for s in (self.state, state))
+        before, after = (self.potential(s.place) for s in (self.state, state))
         kinetic = 0.5 * float(self.state.velocity @ self.state.velocity)
         most, has = before + kinetic - after, 0.5 * float(state.velocity @ state.velocity)
         if has <= most:
             return state
         return replace(state, velocity=state.velocity * np.sqrt(max(most, 0.0) / has))
 
-    def _potential(self, place: Mapping[str, Array]) -> float:
-        """Energy of the springs and of the forces."""
-        stretch = self.laws.stiffness * (place[AXES] - self.rest) ** 2
-        reduced = self.body.reduced_at(place)
-        return 0.5 * float(stretch.sum()) - float(self.body.force(self.acceleration) @ reduced)
-
-    def _letters_of(self, gaps: Gaps) -> BoolArray:
-        touching = np.zeros(len(self.scene.stroke) + 1, dtype=bool)
-        touching[gaps.shape.ravel()] = True
-        return touching[: len(self.body.rows)]
-
     def _reflected(self) -> State:
         """The state after an impact: the same place, with other velocities."""
-        gaps = self._gaps(self.now, 2 * CLOSE)
+        gaps = self.gaps(self.now, 2 * CLOSE)
         fastest = float(np.linalg.norm(self.moved, axis=2).max())
         moment = IMPACT * self.h / max(fastest, 1e-9)
         obstacles = self.obstacles
         if self.matches:
             obstacles = obstacles + moment / self.h * (self.later - self.obstacles)
-        least = (self._relative(gaps, self.now) * gaps.normal).sum(1)
+        least = (self.relative(gaps, self.now) * gaps.normal).sum(1)
         touches = Touches(self.body, gaps, obstacles)
         contact = Contact(touches, 100 * STIFFNESS, least)
 
         def stopped(velocity: Array, free: tuple[str, ...]) -> Array:
             """The nearest velocity that brings no contact closer."""
             onwards = Inertia(self.body, self.reduced + moment * velocity)
-            place = self._solve([onwards], free=free)
-            place = self._solve([onwards], contact, place, free)
+            place = self.solve([onwards], free=free)
+            place = self.solve([onwards], contact, place, free)
             return (self.body.reduced_at(place) - self.reduced) / moment
 
         body, e, velocity = self.body, self.laws.restitution, self.state.velocity
@@ -385,7 +296,7 @@ class _Step:
 
     def _together(self, gaps: Gaps) -> BoolArray:
         """The letters that take part in an impact, (l,)."""
-        hit = self._letters_of(gaps)
+        hit = self.letters_of(gaps)
         if len(self.body.free) == 1 or self.body.text.shared:
             return np.full(len(hit), hit.any())
         return hit

@@ -25,6 +25,8 @@ STRAIGHT = 1e-3
 """A segment is straight if its handles deviate from its chord by at most so many font units."""
 NEWTON = 3
 """Newton steps for a projection, and for the nearest point of a curve."""
+SETTLED = 1e-13
+"""Newton's method ends when no parameter moves farther."""
 SAG = 4.0
 """A curve is at most so many font units away from its chords."""
 
@@ -135,7 +137,9 @@ class Outlines:
         curves = coefficients(segments[index])
         position = evaluate(coefficients(segments[segment]), t)
         for _ in range(NEWTON):
-            s = _toward(curves, s, position)
+            before, s = s, _toward(curves, s, position)
+            if abs(s - before).max(initial=0.0) < SETTLED:
+                break
         return self._measured(segments, segment, t, index, s)
 
     def _nearest(
@@ -162,12 +166,15 @@ class Outlines:
         for _ in range(2 * NEWTON):
             slope = (evaluate_slope(own, t) * normal.T).sum(0)
             bend = ((2 * own[2] + 6 * own[3] * t) * normal.T).sum(0)
+            before = t, s
             t = np.clip(t - slope / np.where(bend > 0, bend, np.inf), low, high)
             position = evaluate(own, t)
             s = _toward(other, s, position)
             away = (position - evaluate(other, s)).T
             turned = _unit(away, normal)
             normal = np.where((turned * normal).sum(1, keepdims=True) < 0, -turned, turned)
+            if abs(np.stack([t, s]) - before).max() < SETTLED:
+                break
         # On the way another part of the outline may have become the nearest one.
         shape = self.owner[np.stack([segment, index], 1)]
         for pair, others in chords.items():

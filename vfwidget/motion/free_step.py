@@ -1,0 +1,172 @@
+"""One time step without contact: where the motion leads, and how it is solved for.
+
+A step minimises inertia and springs over the text's place (implicit Euler, with exact parabolas for
+letters in free flight).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..arrays import Array, BoolArray
+from ..energy import Term
+from ..energy.descent import descend
+from ..energy.energy import Energy
+from ..overlap.gaps import Gaps
+from ..solver.problem import Tolerances
+from ..text.place import AXES, Place
+from .body import Body
+from .flight import Flight
+from .laws import Laws, State
+from .scene import Scene
+from .terms import Contact, Inertia, Springs
+from .warm import start_of
+
+TOLERANCES = Tolerances(step=1e-10, absolute_cost=1e-8, relative_cost=1e-13)
+MOST_STEPS = 40
+"""Of the solver, for each solve."""
+MARGIN = 1.0
+"""Font units beyond the motion of a step within which contacts are found."""
+
+
+class FreeStep:
+    """One step from a state, over at most h seconds.
+
+    Parameters
+    ----------
+    body : Body
+    scene : Scene
+    laws : Laws
+    state : State
+    time, h : float
+        Start and duration of the step in seconds.
+    acceleration : (l, 2) array
+    rest : (p, n) array
+        Rest state of the axes.
+
+    Attributes
+    ----------
+    free : Place
+        Where the motion leads without contact.
+    now : (S, 4, 2) array
+        All segments before the step.
+    reach : float
+        Font units within which shapes may meet.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        scene: Scene,
+        laws: Laws,
+        state: State,
+        time: float,
+        h: float,
+        acceleration: Array,
+        rest: Array,
+    ) -> None:
+        self.body, self.scene, self.laws = body, scene, laws
+        self.state, self.time = state, time
+        self.acceleration, self.rest = acceleration, rest
+        self.touching = state.touching
+        self.flight = Flight(self.body, state.place, state.velocity)
+        self.reduced = self.flight.reduced
+        self.outlines, self.obstacles = self.scene.at(time)
+        self.now = self.segments(state.place, self.obstacles)
+        self.set_duration(h)
+
+    def set_duration(self, h: float) -> None:
+        """Let the step last h seconds: the place to which it leads without contact."""
+        self.h = h
+        self.free = self.solve(self.motion())
+        outlines, self.later = self.scene.at(self.time + h)
+        self.matches = outlines is self.outlines
+        self.outlines = outlines
+        later = self.segments(self.free, self.later)
+        self.moved = np.zeros_like(later)
+        self.moved[: len(self.body.controls)] = (later - self.now)[: len(self.body.controls)]
+        if self.matches:
+            self.moved = later - self.now
+        # Shapes that move together have no motion relative to each other.
+        count, owner = len(self.scene.stroke), outlines.owner
+        size = np.maximum(np.bincount(owner, minlength=count), 1)
+        mean = np.stack(
+            [np.bincount(owner, self.moved[..., i].mean(1), count) / size for i in range(2)], 1
+        )
+        spread = np.zeros(count)
+        np.maximum.at(spread, owner, np.linalg.norm(self.moved - mean[owner, None], axis=2).max(1))
+        between = np.linalg.norm(mean[:, None] - mean, axis=2)
+        self.ways = between + spread[:, None] + spread
+        letters = len(self.body.rows)
+        self.reach = float(self.ways[:letters].max()) + MARGIN
+
+    def motion(self) -> list[Term]:
+        """Inertia and springs over the step."""
+        h, laws, state = self.h, self.laws, self.state
+        # A letter in contact takes the force at the end of the step (implicit Euler). A letter in
+        # free flight takes its mean, which gives an exact parabola.
+        self.share = np.where(self.touching, 1.0, 0.5)[:, None] * self.acceleration
+        self.goal = self.flight.ahead(h) + h * h * self.body.force(self.share)
+        weights = h * h * laws.stiffness + h * laws.damping
+        pull = h * h * laws.stiffness * self.rest + h * laws.damping * state.place[AXES]
+        reference = np.divide(pull, weights, out=self.rest.copy(), where=weights > 0)
+        terms: list[Term] = [Inertia(self.body, self.goal)]
+        if weights.any():
+            terms.append(Springs(weights, reference))
+        return terms
+
+    def solve(
+        self,
+        terms: Sequence[Term],
+        contact: Contact | None = None,
+        start: Mapping[str, Array] | None = None,
+        free: tuple[str, ...] = (),
+    ) -> Place:
+        """The place at which the terms are least, from the place of the state or from ``start``.
+
+        A search for contact starts where the motion leads without it. There the contacts that
+        matter are active, while at the place of the state they have no slope yet.
+        """
+        text = self.body.text.moved_to(self.state.place)
+        energy = Energy(text, terms, free=free or self.body.free)
+        begin = energy.unknowns.start if start is None else energy.unknowns.flat(start)
+        if contact is not None:
+            begin = start_of(energy, contact, begin)
+            energy = energy.at(text, [*terms, contact])
+        found = descend(energy, begin, TOLERANCES, MOST_STEPS, scale_by_columns=True)
+        return Place(energy.unknowns.place(found.state.x))
+
+    def gaps(self, segments: Array, reach: float) -> Gaps:
+        """The gaps between all shapes that are smaller than ``reach``, in font units."""
+        return self.scene.gaps(self.outlines, segments, reach)
+
+    def segments(self, place: Mapping[str, Array], obstacles: Array) -> Array:
+        """The segments of the letters at a place, then those of the obstacles, (S, 4, 2)."""
+        return np.concatenate([self.body.positions(place)[self.body.controls], obstacles])
+
+    def relative(self, gaps: Gaps, segments: Array) -> Array:
+        """The first points of some gaps as seen from the second ones, at given segments."""
+        first, second = gaps.ends(segments)
+        return first - second
+
+    def after(self, place: Place, touching: BoolArray | None = None) -> State:
+        """The state at a place that the step has led to."""
+        velocity = self.flight.velocity_at(place, self.goal, self.h)
+        velocity += self.h * self.body.force(self.acceleration - self.share)
+        if touching is None:
+            touching = np.zeros(len(self.body.rows), dtype=bool)
+        return State(place, velocity, touching)
+
+    def potential(self, place: Mapping[str, Array]) -> float:
+        """Energy of the springs and of the forces."""
+        stretch = self.laws.stiffness * (place[AXES] - self.rest) ** 2
+        reduced = self.body.reduced_at(place)
+        return 0.5 * float(stretch.sum()) - float(self.body.force(self.acceleration) @ reduced)
+
+    def letters_of(self, gaps: Gaps) -> BoolArray:
+        """The letters that take part in some gaps, (l,)."""
+        touching = np.zeros(len(self.scene.stroke) + 1, dtype=bool)
+        touching[gaps.shape.ravel()] = True
+        return touching[: len(self.body.rows)]
