@@ -80,8 +80,6 @@ class AffineRows:
         Where the rows have kinks, padded with infinity.
     by_block : dict of (r, size) arrays
         U: the derivative by the offsets and by the tracking, b.
-    slices : list of slice
-        The rows of each term.
     """
 
     def __init__(self, word: Word, terms: Sequence[AffineTerm]) -> None:
@@ -91,11 +89,8 @@ class AffineRows:
         count = word.parameters * len(word.regions.support)
         base, gain, pushed, straight = [], [], [], []
         linear: dict[str, list[Array]] = {}
-        self.slices, end = [], 0
         for term in terms:
             r, root = len(term.constant), term.rows.root
-            self.slices.append(slice(end, end + r))
-            end += r
             by_theta = np.zeros((r, size)) if term.by.theta is None else term.by.theta
             straight.append(root * by_theta.reshape(r, size))
             by_points = np.zeros((r, len(term.form.base)))
@@ -162,7 +157,7 @@ class AffineRows:
     def _evaluate(self, theta: Array) -> tuple[Array, Array]:
         if not len(self._pairs):
             return self._base + self._straight.dot(theta), self._straight
-        gamma, slopes = self._slots.scalars_and_slopes(theta)
+        gamma, slopes = self._slots.along(theta)
         rows, gain, by_entry = self._base, self._gain, self._entry_gain
         if self._may_vanish:
             rows, gain = self._hold_advances(theta)

@@ -110,8 +110,9 @@ def proximity_of(term: Term, text: Text, unknowns: Unknowns) -> tuple[Array, Arr
     if type(own) is dict and not own:
         return None
     try:
-        weights = unknowns.flat({name: pair[0] for name, pair in own.items()})
-        reference = unknowns.flat({name: pair[1] for name, pair in own.items()})
+        weights, reference = (
+            unknowns.flat({name: pair[side] for name, pair in own.items()}) for side in (0, 1)
+        )
         # One number shows whether all are finite.
         sound = min(weights.tolist()) >= 0 and math.isfinite(weights.dot(reference))
     except (AttributeError, IndexError, KeyError, TypeError, ValueError):

@@ -100,7 +100,12 @@ class Energy:
             self.upper = np.where(locked, start, self.upper)
 
     def _collect_proximity(self) -> None:
-        self._pulls = [proximity_of(term, self.text, self.unknowns) for term in self.terms]
+        self._pulls = [
+            None
+            if type(term).proximity is Term.proximity
+            else proximity_of(term, self.text, self.unknowns)
+            for term in self.terms
+        ]
         pulls = [pull for pull in self._pulls if pull is not None]
         if len(pulls) == 1:
             self.proximity = pulls[0]
@@ -112,23 +117,25 @@ class Energy:
 
     def _compile(self) -> None:
         """Separate the affine rows from the others."""
-        theta = self.text.coordinates
+        theta, unknowns = self.text.coordinates, self.unknowns
         self._affine: list[AffineTerm | None] = []
         self._others: list[Rows] = []
+        terms = []
         for rows in self._rows:
             affine = AffineTerm.of(rows, theta) if isinstance(rows, PointRows) else None
             self._affine.append(affine)
-            if rows is not None and affine is None:
+            if affine is not None:
+                terms.append(affine)
+            elif rows is not None:
                 self._others.append(rows)
         self._compiled: AffineRows | None = None
         self._constant = np.zeros(0)
-        terms = [term for term in self._affine if term is not None]
         if terms:
             self._compiled = compiled(self.text.word, terms)
             self._constant = _joined([term.constant for term in terms])
             for name, block in self._compiled.by_block.items():
-                if name not in self.unknowns.slices:
-                    fixed = self.unknowns.value(name, self.unknowns.start)
+                if name not in unknowns.slices:
+                    fixed = unknowns.value(name, unknowns.start)
                     if np.count_nonzero(fixed):
                         self._constant = self._constant + block.dot(fixed.ravel())
         # A drag: everything is compiled, and Θ is all that moves.
@@ -239,21 +246,19 @@ class Energy:
             The residual there, if it is known.
         """
         residual = self.residual(x) if residual is None else residual
-        affine = [] if self._compiled is None else [residual[s] for s in self._compiled.slices]
-        others, end = [], len(self._constant)
-        for size in self._sizes or []:
-            others.append(residual[end : end + size])
-            end += size
+        begun, others, sizes = 0, len(self._constant), iter(self._sizes or ())
         found = []
-        for term, rows, compiled_term, pull in zip(
+        for term, rows, affine, pull in zip(
             self.terms, self._rows, self._affine, self._pulls, strict=True
         ):
             cost, miss = 0.0, None
-            if compiled_term is not None:
-                part = affine.pop(0)
-                cost, miss = float(part.dot(part)), miss_of(term, part / compiled_term.rows.root)
+            if affine is not None:
+                part = residual[begun : begun + len(affine.constant)]
+                begun += len(part)
+                cost, miss = float(part.dot(part)), miss_of(term, part / affine.rows.root)
             elif rows is not None:
-                part = others.pop(0)
+                part = residual[others : others + next(sizes)]
+                others += len(part)
                 cost = float(part.dot(part))
                 miss = miss_of(term, rows.own_residual(self.unknowns.place(x)))
             if pull is not None:
@@ -265,14 +270,18 @@ class Energy:
 
 def _joined(parts: Sequence[Array]) -> Array:
     """Rows of several parts, those without rows left out; a single part is not copied."""
-    parts = [part for part in parts if len(part)] or parts[:1]
+    if len(parts) > 1:
+        parts = [part for part in parts if len(part)] or parts[:1]
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _all_blocks(text: Text, terms: Sequence[Term]) -> tuple[dict[str, Block], list[str]]:
     """The blocks of the text and of its terms, and the names of the latter."""
-    blocks, added = text.blocks, []
+    blocks: dict[str, Block] = text.blocks
+    added: list[str] = []
     for term in terms:
+        if type(term).blocks is Term.blocks:
+            continue
         for name, block in blocks_of(term, text).items():
             if name in blocks:
                 raise SolveError(

@@ -66,7 +66,7 @@ class Target(Term):
 
     def miss(self, residual: Array) -> float:
         """The distance from the position, in font units."""
-        return math.hypot(*residual)
+        return math.hypot(*residual.tolist())
 
 
 @dataclass(frozen=True)

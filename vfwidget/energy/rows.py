@@ -74,7 +74,8 @@ class PointRows:
 
     def own_residual(self, place: Mapping[str, Array]) -> Array:
         """See :class:`Rows`."""
-        return self.value(self.points.positions(place), place[AXES])
+        # A term that writes to its arguments must not move the text.
+        return self.value(self.points.positions(place), place[AXES].copy())
 
     def value(self, positions: Array, theta: Array) -> Array:
         """The term's residual (r,) without its weight.
@@ -87,8 +88,7 @@ class PointRows:
         try:
             if self.automatic:
                 return value_of(self.term.residual, positions, theta, self.term.kind)
-            # A term that writes to its arguments must not move the text.
-            value = self.term.residual(positions, theta.copy())
+            value = self.term.residual(positions, theta)
         except IndexError as error:
             raise too_few_points("residual", self.term, len(positions), error) from error
         if not isinstance(value, np.ndarray) or value.ndim != 1 or value.dtype != np.float64:
@@ -100,7 +100,7 @@ class PointRows:
 
     def jacobian(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
         """See :class:`Rows`."""
-        theta = place[AXES]
+        theta = place[AXES].copy()
         positions, moves = self.points.positions_and_jacobian(place)
         by = self.derivative(positions, theta)
         rows = by.points if by.points is not None else by.theta
@@ -130,7 +130,7 @@ class PointRows:
             have.
         """
         try:
-            by = self.term.derivative(positions, theta.copy())
+            by = self.term.derivative(positions, theta)
         except IndexError as error:
             raise too_few_points("derivative", self.term, len(positions), error) from error
         if not isinstance(by, Derivative):
@@ -153,6 +153,8 @@ class PointRows:
         """One part of a derivative as an array of numbers, checked."""
         if values is None:
             return None
+        if type(values) is np.ndarray and values.dtype == np.float64 and values.shape[1:] == shape:
+            return values
         try:
             array = to_array(values)
         except (TypeError, ValueError):

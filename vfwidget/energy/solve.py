@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SolveError
 from ..solver.least_squares import Iterate
-from ..solver.problem import Tolerances, is_count, is_number
+from ..solver.problem import Tolerances, is_count, is_number, read_limit
 from ..solver.status import CONVERGED
 from ..text import Text
 from ..text.place import AXES, Place
@@ -164,6 +164,7 @@ def _tolerances(step: float, terms: Sequence[Term]) -> Tolerances:
     """
     goals = [t.weight * (t.tolerance / MET) ** 2 for t in terms if t.tolerance is not None]
     least = min(1.0, 1.0, *goals)
+    step = read_limit("step_tolerance", step)
     return Tolerances(step=step, absolute_cost=LEAST_GAIN * least, cost_floor=COST_FLOOR * least)
 
 

@@ -140,8 +140,9 @@ class TiedEnergy(Energy):
 
     def _once(self, whole: Energy, follows: Array, kept: IntArray) -> tuple[Array, Array]:
         """The squares of the unknowns, without those of the letters that follow others."""
-        for weights, _ in filter(None, whole._pulls):
-            weights[follows] = 0.0
+        whole._pulls = [
+            pull and (np.where(follows, 0.0, pull[0]), pull[1]) for pull in whole._pulls
+        ]
         weights, reference = whole.proximity
         return weights[kept], reference[kept]
 

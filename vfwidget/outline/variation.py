@@ -19,7 +19,7 @@ other one-sided derivative by evaluating at an offset of 1e-8 to the left.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,23 @@ from ..arrays import Array, ArrayLike, BoolArray, IntArray, like, namespace, to_
 
 ON_KINK = 1e-9
 """How close, in normalized units, a coordinate counts as standing on a breakpoint."""
+
+
+class Cell(NamedTuple):
+    """A box between kinks, and the lines that hold within it.
+
+    Attributes
+    ----------
+    lower, upper : (n,) arrays
+        The box, without its sides.
+    height, slope : (m, q) arrays
+        Each slot's line: its height at 0 and its slope.
+    """
+
+    lower: Array
+    upper: Array
+    height: Array
+    slope: Array
 
 
 class Slots:
@@ -68,6 +85,7 @@ class Slots:
         q = axis.shape[1]
         # The other slots of each slot, (q, q - 1).
         self._others = np.nonzero(~np.eye(q, dtype=bool))[1].reshape(q, q - 1)
+        self._cell: Cell | None = None
 
     def kinks(self, n: int) -> list[Array]:
         """Sorted values at which each of n coordinates has a kink."""
@@ -80,13 +98,18 @@ class Slots:
     def _pieces(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
         """φ and its slope for every slot: two (..., m, q) arrays."""
         w = _at(w, self.axis)
-        look = w if toward is None else w - 2 * ON_KINK * (_at(toward, self.axis) < 0)
-        inside = (look > like(self._start, w)) & (look < like(self._end, w))
-        before = (look < like(self._peak, w))[..., None, :, :]
+        height, slope = self._lines(
+            w if toward is None else w - 2 * ON_KINK * (_at(toward, self.axis) < 0)
+        )
+        return height + slope * w, slope
+
+    def _lines(self, w: Any) -> tuple[Any, Any]:
+        """Height at 0 and slope of the line that holds at w for every slot: two (..., m, q)."""
+        inside = (w > like(self._start, w)) & (w < like(self._end, w))
+        before = (w < like(self._peak, w))[..., None, :, :]
         lines = namespace(w).where(before, like(self._rising, w), like(self._falling, w))
         lines = lines * inside[..., None, :, :]
-        height, slope = lines[..., 0, :, :], lines[..., 1, :, :]
-        return height + slope * w, slope
+        return lines[..., 0, :, :], lines[..., 1, :, :]
 
     def scalars(self, w: Any) -> Any:
         """γ(w) of Eq. 2, (..., m), at normalized coordinates w (..., n); autograd passes."""
@@ -106,7 +129,28 @@ class Slots:
         By the product rule each is one slot's slope times the other slots' factors. On a kink it
         is the derivative to the right, or to the left where ``toward`` (..., n) is negative.
         """
-        phi, slope = self._pieces(w, toward)
+        return self._products(*self._pieces(w, toward))
+
+    def along(self, w: Array) -> tuple[Array, Array]:
+        """As :meth:`scalars_and_slopes` at one w, (n,), for calls at one place after another.
+
+        The lines found last are kept, because a drag seldom leaves the cell between two kinks.
+        """
+        cell = self._cell
+        if cell is None or np.count_nonzero((w <= cell.lower) | (w >= cell.upper)):
+            self._cell = cell = self._cell_at(w)
+        return self._products(cell.height + cell.slope * w.take(self.axis), cell.slope)
+
+    def _cell_at(self, w: Array) -> Cell:
+        here = w.take(self.axis)
+        lower, upper = np.full(len(w), -np.inf), np.full(len(w), np.inf)
+        for edge in (self._start, self._peak, self._end):
+            np.maximum.at(lower, self.axis, np.where(edge <= here, edge, -np.inf))
+            np.minimum.at(upper, self.axis, np.where(edge >= here, edge, np.inf))
+        return Cell(lower, upper, *self._lines(here))
+
+    def _products(self, phi: Any, slope: Any) -> tuple[Any, Any]:
+        """γ and its derivative by the axis of each slot, from φ and its slope."""
         if phi.shape[-1] > 1:
             slope = slope * _product(_at(phi, self._others))
         return _product(phi), slope

@@ -18,7 +18,7 @@ from ..errors import SolveError
 from .derivatives import CentralDifferences, forward_mode
 from .drivers import Function, History, active_bounds, minimise, minimise_batch
 from .loss import LOSSES
-from .problem import Problem, State, Tolerances, is_number
+from .problem import Problem, State, Tolerances, is_number, read_limit
 from .result import Iterate, Result
 from .status import CONVERGED, Outcome
 
@@ -126,11 +126,11 @@ def least_squares(
     lower, upper = _checked_bounds(bounds, start)
     table = None if kinks is None else kink_table(kinks, start.shape[-1])
     tolerances = Tolerances(
-        relative_cost=relative_cost_tolerance,
-        absolute_cost=absolute_cost_tolerance,
-        step=step_tolerance,
-        gradient=gradient_tolerance,
-        cost_floor=cost_floor,
+        relative_cost=read_limit("relative_cost_tolerance", relative_cost_tolerance),
+        absolute_cost=read_limit("absolute_cost_tolerance", absolute_cost_tolerance),
+        step=read_limit("step_tolerance", step_tolerance),
+        gradient=read_limit("gradient_tolerance", gradient_tolerance),
+        cost_floor=read_limit("cost_floor", cost_floor),
     )
 
     def problem(low: Array, high: Array) -> Problem:

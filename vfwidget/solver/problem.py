@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from numbers import Integral, Real
 from typing import Any, NamedTuple, TypeAlias
@@ -57,6 +57,19 @@ def check_size(residuals: int, unknowns: int) -> None:
         )
 
 
+def read_limit(name: str, value: Any) -> float:
+    """A limit at which a solve ends, given by the user.
+
+    Raises
+    ------
+    SolveError
+        It is not a finite number ≥ 0.
+    """
+    if not (is_number(value) and 0 <= value < math.inf):
+        raise SolveError(f"{name} must be a finite number ≥ 0; received {value!r}.")
+    return float(value)
+
+
 class Kind(str, Enum):
     """What the solver requests from the caller.
 
@@ -81,27 +94,14 @@ Requests: TypeAlias = Generator[Request, Array, Any]
 """A computation that yields requests, receives the values, and returns a result."""
 
 
-@dataclass(frozen=True)
-class Tolerances:
-    """The limits at which a solve ends; :func:`vfwidget.least_squares` explains each.
-
-    Raises
-    ------
-    SolveError
-        A tolerance is not a finite number ≥ 0.
-    """
+class Tolerances(NamedTuple):
+    """The limits at which a solve ends; :func:`vfwidget.least_squares` explains each."""
 
     relative_cost: float = 1e-12
     absolute_cost: float = 0.0
     step: float = 1e-10
     gradient: float = 1e-10
     cost_floor: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (is_number(value) and 0 <= value < math.inf):
-                full = name if name == "cost_floor" else f"{name}_tolerance"
-                raise SolveError(f"{full} must be a finite number ≥ 0; received {value!r}.")
 
     def least_decrease(self, cost: float) -> float:
         """The decrease of this cost below which a step is not worth taking."""
@@ -123,8 +123,7 @@ class Proximity(NamedTuple):
     reference: Array
 
 
-@dataclass(frozen=True)
-class Problem:
+class Problem(NamedTuple):
     """A least-squares problem in n variables; the residual is passed separately.
 
     Attributes
@@ -155,17 +154,18 @@ class Problem:
     accelerate: bool = False
     loss: str = "linear"
     loss_scale: float = 1.0
-    tolerances: Tolerances = field(default_factory=Tolerances)
+    tolerances: Tolerances = Tolerances()
     proximity: Proximity | None = None
     renews: bool = False
 
     def cost(self, residual: Array, x: Array) -> float:
         """The cost of a residual (m,) at x (n,); infinite if it is not finite."""
-        value = float(robust_cost(residual, self.loss, self.loss_scale))
+        value = robust_cost(residual, self.loss, self.loss_scale)
         if self.proximity is not None:
-            away = x - self.proximity.reference
-            value += float(away.dot(self.proximity.weights * away))
-        return value if math.isfinite(value) else math.inf
+            weights, reference = self.proximity
+            away = x - reference
+            value = value + (away * weights).dot(away)
+        return float(value) if math.isfinite(value) else math.inf
 
     def model(self, residual: Array, jacobian: Array, x: Array, low: Array, high: Array) -> Model:
         """The linear model at x for steps between low and high."""
@@ -173,8 +173,8 @@ class Problem:
         if self.proximity is None:
             weights = pull = np.zeros(len(x))
         else:
-            weights = self.proximity.weights
-            pull = weights * (x - self.proximity.reference)
+            weights, reference = self.proximity
+            pull = weights * (x - reference)
         return Model(jacobian, residual, weights, pull, low, high)
 
     def half_gradient(self, residual: Array, jacobian: Array, x: Array) -> Array:

@@ -14,8 +14,6 @@ import numpy as np
 
 from ..arrays import Array, BoolArray
 
-FEW = 3
-"""Systems of at most this many equations are solved without LAPACK."""
 ROUNDING = 1e-13
 """A slope counts as zero if it is smaller than this share of the terms that add up to it."""
 
@@ -154,24 +152,18 @@ class LowRankQuadratic(NamedTuple):
 def _solve(matrix: Array, vector: Array) -> Array:
     """The solution (n,) of a system with a symmetric positive definite matrix.
 
-    Up to three equations are eliminated here, because NumPy's function takes several times as
-    long to begin.
+    Two equations, those of a font of two axes, are eliminated here, because NumPy's function takes
+    several times as long to begin.
     """
-    if len(vector) > FEW:
-        return cast(Array, np.linalg.solve(matrix, vector))
-    rows, right = matrix.tolist(), vector.tolist()
-    for i, row in enumerate(rows):
-        if row[i] <= 0:
-            # Rounding errors have spoiled the pivot.
-            return cast(Array, np.linalg.solve(matrix, vector))
-        for j in range(i + 1, len(rows)):
-            factor = rows[j][i] / row[i]
-            rows[j] = [a - factor * b for a, b in zip(rows[j], row, strict=True)]
-            right[j] -= factor * right[i]
-    for i in range(len(rows) - 1, -1, -1):
-        known = sum(rows[i][j] * right[j] for j in range(i + 1, len(rows)))
-        right[i] = (right[i] - known) / rows[i][i]
-    return np.array(right)
+    if len(vector) == 2:
+        (a, b), (_, d) = matrix.tolist()
+        first, second = vector.tolist()
+        pivot = d - b * b / a if a > 0 else 0.0
+        # Rounding errors may spoil a pivot.
+        if pivot > 0:
+            second = (second - b / a * first) / pivot
+            return np.array([(first - b * second) / a, second])
+    return cast(Array, np.linalg.solve(matrix, vector))
 
 
 def _without_noise(slope: Array, terms: Any) -> Array:

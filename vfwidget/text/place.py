@@ -29,18 +29,18 @@ class Place(Mapping[str, Array]):
     Parameters
     ----------
     values : mapping of str to array
-        The arrays are made read-only.
+        The place gives read-only views of the arrays.
     """
 
     __slots__ = ("_values",)
 
     def __init__(self, values: Mapping[str, Array]) -> None:
-        self._values = {name: value.view() for name, value in values.items()}
-        for value in self._values.values():
-            value.flags.writeable = False
+        self._values = dict(values)
 
     def __getitem__(self, name: str) -> Array:
-        return self._values[name]
+        value = self._values[name].view()
+        value.flags.writeable = False
+        return value
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)
@@ -109,16 +109,18 @@ class Unknowns:
                 f"this solve has {', '.join(map(repr, blocks))}."
             )
         self._blocks = blocks
+        self._values: dict[str, Array] = {}
         self.slices: dict[str, slice] = {}
-        parts, end = [], 0
-        for name, block in blocks.items():
+        starts, lowers, uppers, end = [], [], [], 0
+        for name, (value, lower, upper, _) in blocks.items():
+            self._values[name] = value
             if name in names:
-                parts.append(block)
-                self.slices[name] = slice(end, end + block.value.size)
-                end += block.value.size
-        self.start = _joined([block.value for block in parts])
-        self.lower = _joined([_side(block, block.lower, -np.inf) for block in parts])
-        self.upper = _joined([_side(block, block.upper, np.inf) for block in parts])
+                self.slices[name] = slice(end, end + value.size)
+                end += value.size
+                starts.append(value)
+                lowers.append(np.full(value.shape, -np.inf) if lower is None else lower)
+                uppers.append(np.full(value.shape, np.inf) if upper is None else upper)
+        self.start, self.lower, self.upper = _joined(starts), _joined(lowers), _joined(uppers)
 
     def is_only(self, name: str) -> bool:
         """Whether this block is the only free one."""
@@ -126,12 +128,12 @@ class Unknowns:
 
     def value(self, name: str, x: Array) -> Array:
         """The values of one block where the free ones are x (N,)."""
-        value, part = self._blocks[name].value, self.slices.get(name)
+        value, part = self._values[name], self.slices.get(name)
         return value if part is None else x[part].reshape(value.shape)
 
     def place(self, x: Array) -> dict[str, Array]:
         """The values of all blocks where the free ones are x (N,)."""
-        return {name: self.value(name, x) for name in self._blocks}
+        return {**self._values, **{name: self.value(name, x) for name in self.slices}}
 
     def flat(self, values: Mapping[str, Array]) -> Array:
         """A number for each free unknown, (N,), from arrays by block; 0 in blocks left out.
@@ -141,13 +143,12 @@ class Unknowns:
         ValueError
             There is no such block, or it has another shape.
         """
-        flat = np.zeros(len(self.start))
         for name, value in values.items():
-            if name not in self._blocks or value.shape != self._blocks[name].value.shape:
+            if name not in self._values or value.shape != self._values[name].shape:
                 raise ValueError(f"There is no block {name!r} of shape {value.shape}.")
-            if name in self.slices:
-                flat[self.slices[name]] = value.ravel()
-        return flat
+        return _joined(
+            [values[n] if n in values else np.zeros_like(self._values[n]) for n in self.slices]
+        )
 
     def kinks(self, axes: Array) -> Array:
         """The kinks of every free unknown, (N, q), padded with infinity.
@@ -171,7 +172,3 @@ class Unknowns:
 
 def _joined(parts: list[Array]) -> Array:
     return parts[0].ravel() if len(parts) == 1 else np.concatenate([part.ravel() for part in parts])
-
-
-def _side(block: Block, bound: Array | None, none: float) -> Array:
-    return np.full(block.value.shape, none) if bound is None else bound
