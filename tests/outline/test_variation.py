@@ -126,6 +126,21 @@ def test_a_batch_is_its_rows(case, numbers):
         np.testing.assert_array_equal(jacobian[index], slope)
 
 
+@checked
+@given(
+    regions(supports=st.one_of(valid, anything)),
+    st.lists(st.tuples(on_grid, st.sampled_from([-1e-8, 0.0, 1e-8])), min_size=3, max_size=24),
+)
+def test_the_cells_kept_along_a_path_change_no_value(case, steps):
+    support, w = case
+    kept = Regions(support)
+    for i, (place, off) in enumerate(steps):
+        # One axis moves at each step, to a kink or just beside it.
+        w[i % len(w)] = place + off
+        for got, want in zip(kept.along(w), Regions(support).scalars_and_slopes(w), strict=True):
+            np.testing.assert_array_equal(got, want)
+
+
 def test_breakpoints_are_those_of_the_axes_that_take_part():
     made = Regions([[(0, 0.5, 1), (0, 0, 0)], [(0.25, 0.5, 0.75), (-1, -1, 0)], [(-1, 0.5, 1)] * 2])
     assert [points.tolist() for points in made.breakpoints] == [[0, 0.25, 0.5, 0.75, 1], [-1, 0]]

@@ -28,6 +28,9 @@ from ..arrays import Array, ArrayLike, BoolArray, IntArray, like, namespace, to_
 ON_KINK = 1e-9
 """How close, in normalized units, a coordinate counts as standing on a breakpoint."""
 
+MOST_CELLS = 4
+"""So many cells are kept for the next calls."""
+
 
 class Cell(NamedTuple):
     """A box between kinks, and the lines that hold within it.
@@ -85,7 +88,7 @@ class Slots:
         q = axis.shape[1]
         # The other slots of each slot, (q, q - 1).
         self._others = np.nonzero(~np.eye(q, dtype=bool))[1].reshape(q, q - 1)
-        self._cell: Cell | None = None
+        self._cells: list[Cell] = []
 
     def kinks(self, n: int) -> list[Array]:
         """Sorted values at which each of n coordinates has a kink."""
@@ -134,11 +137,15 @@ class Slots:
     def along(self, w: Array) -> tuple[Array, Array]:
         """As :meth:`scalars_and_slopes` at one w, (n,), for calls at one place after another.
 
-        The lines found last are kept, because a drag seldom leaves the cell between two kinks.
+        The lines of the latest cells between kinks are kept, because a drag seldom leaves them:
+        an axis that rests on a kink is evaluated on both sides of it.
         """
-        cell = self._cell
-        if cell is None or np.count_nonzero((w <= cell.lower) | (w >= cell.upper)):
-            self._cell = cell = self._cell_at(w)
+        for cell in self._cells:
+            if not np.count_nonzero((w <= cell.lower) | (w >= cell.upper)):
+                break
+        else:
+            cell = self._cell_at(w)
+            self._cells = [cell, *self._cells[: MOST_CELLS - 1]]
         return self._products(cell.height + cell.slope * w.take(self.axis), cell.slope)
 
     def _cell_at(self, w: Array) -> Cell:

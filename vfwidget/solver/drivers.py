@@ -166,7 +166,7 @@ def active_bounds(problem: Problem, state: State, jacobian: Function) -> Array:
     state holds no model.
     """
     at_lower, at_upper = state.x <= problem.lower, state.x >= problem.upper
-    if not (at_lower | at_upper).any():
+    if not np.count_nonzero(at_lower | at_upper):
         return np.zeros(len(state.x), dtype=int)
     if state.model is not None:
         gradient = state.model.gradient

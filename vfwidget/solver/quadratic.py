@@ -202,14 +202,14 @@ def minimise_over_box(quadratic: Quadratic, low: Array, high: Array) -> tuple[Ar
     for _ in range(10 + 4 * len(d)):
         step, slope = quadratic.newton(d, free)
         new = d + step
-        if not ((new < low) | (new > high)).any():
+        if not np.count_nonzero((new < low) | (new > high)):
             value = quadratic.value(new)
             if value >= lowest:
                 # Releasing variables did not help: their slopes were only rounding errors.
                 break
             d, lowest = new, value
             released = ~free & ~_held(d, slope, low, high)
-            if not released.any():
+            if not np.count_nonzero(released):
                 break
             free |= released
             continue

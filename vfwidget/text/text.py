@@ -379,7 +379,9 @@ class Text(Exports):
         points = self.word.outline
         if handles is not None:
             points = self.word.at_handles([self.carry(handle) for handle in handles])
-        return RotatedPoints.of(points, self.rotations) if np.count_nonzero(self.rotations) else points
+        return (
+            RotatedPoints.of(points, self.rotations) if np.count_nonzero(self.rotations) else points
+        )
 
     def positions(self, points: PointSet, theta: Any) -> Any:
         """A point set's positions at Θ, (p, 2); arrays stay arrays, tensors tensors."""
