@@ -129,7 +129,7 @@ class _Way:
     ) -> None:
         self.text, self.terms, self.wish, self.keep = text, terms, wish, keep
         self.locks, self.ties = locks, ties
-        self.room = Room(wish, keep)
+        self.room = Room(wish, keep.bind(text))
 
     @cached_property
     def limit(self) -> float:

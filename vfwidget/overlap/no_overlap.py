@@ -16,6 +16,7 @@ from ..energy import Derivative, Term
 from ..energy.rows import Rows
 from ..errors import OverlapError
 from ..text import Text
+from ..text.memo import Memo
 from ..text.points import PointSet
 from .collisions import Collisions, collisions
 from .overlaps import TOUCH
@@ -23,6 +24,8 @@ from .planes import Planes, find_planes
 from .shape import LARGEST, Shape, letters, read_obstacles
 
 METHODS = ("area", "planes")
+KEPT = 8
+"""States whose overlaps are kept."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,7 @@ class NoOverlap(Term):
     _shapes: tuple[Shape, ...] = field(default=(), repr=False)
     _text: Any = field(default=None, repr=False)
     _planes: Planes | None = field(default=None, repr=False)
-    _latest: dict[bytes, Collisions] = field(default_factory=dict, repr=False, compare=False)
+    _latest: Memo[Collisions] = field(default_factory=lambda: Memo(KEPT), repr=False, compare=False)
 
     @property
     def moving(self) -> bool:  # type: ignore[override]
@@ -82,7 +85,7 @@ class NoOverlap(Term):
         shapes = tuple(read_obstacles(self.obstacles))
         if not (shapes or self.between_glyphs):
             raise OverlapError("NoOverlap needs obstacles, or between_glyphs=True.")
-        return replace(self, _shapes=shapes, _text=text)
+        return replace(self, _shapes=shapes, _text=text, _latest=Memo(KEPT))
 
     @property
     def shapes(self) -> tuple[Shape, ...]:
@@ -109,7 +112,7 @@ class NoOverlap(Term):
         parts = [] if self._planes is None else [self._planes.residual(points)]
         if self.method == "area":
             count = len(self._text.glyphs)
-            parts.insert(0, np.sqrt(self._found(points).by_letter(count)))
+            parts.insert(0, np.sqrt(self.found(points).by_letter(count)))
         return np.concatenate(parts)
 
     def derivative(self, points: Array, theta: Array) -> Derivative:
@@ -120,7 +123,7 @@ class NoOverlap(Term):
         return Derivative(points=np.concatenate(parts))
 
     def _area_derivative(self, points: Array) -> Array:
-        found, text = self._found(points), self._text
+        found, text = self.found(points), self._text
         area = found.by_letter(len(text.glyphs))
         counts = [sum(glyph.contours) for glyph in text.glyphs]
         gradient = found.gradient(text.word.contours, np.cumsum(counts) - counts)
@@ -128,14 +131,17 @@ class NoOverlap(Term):
         scale = np.where(area > TOUCH, 0.5 / np.sqrt(np.maximum(area, TOUCH)), 0.0)
         return scale[:, None, None] * gradient
 
-    def _found(self, points: Array) -> Collisions:
-        # The derivative is asked for where the residual was.
-        key = points.tobytes()
-        if key not in self._latest:
-            self._latest.clear()
+    def found(self, points: Array) -> Collisions:
+        """What overlaps, or is nearer than the gap, at control points (K, 2) of the bound text.
+
+        The last few results are kept, because the derivative is evaluated where the residual was.
+        """
+
+        def make() -> Collisions:
             own = letters(self._text, points)
-            self._latest[key] = collisions(own, self._shapes, self.between_glyphs)
-        return self._latest[key]
+            return collisions(own, self._shapes, self.between_glyphs, self.gap)
+
+        return self._latest.get(points.tobytes(), make)
 
     def miss(self, residual: Array) -> float:
         """The square root of the common area, or how far a point is beyond its plane."""

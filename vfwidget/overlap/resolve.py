@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -173,7 +173,8 @@ class _Search:
         self.text = text
         self.push = energy_of(text, [keep, StayClose(PUSHED), *terms], locks=locks, ties=ties)
         wish = energy_of(text, [StayClose(NEAREST), *terms], locks=locks, ties=ties)
-        self.room = Room(wish, keep)
+        # The first term of the descent keeps its overlaps, so nothing is computed twice.
+        self.room = Room(wish, cast(NoOverlap, self.push.terms[0]))
         self.start = self.push.unknowns.start
         self.ends: list[Look] = []
         self.steps = 0

@@ -19,7 +19,8 @@ from ..energy.energy import Energy
 from ..solver.drivers import minimise
 from ..solver.linearize import OFFSET
 from ..solver.problem import Problem, Proximity, Tolerances
-from .collisions import Collisions, areas, collisions
+from ..text.memo import Memo
+from .collisions import Collisions, areas
 from .no_overlap import NoOverlap
 from .overlaps import TOUCH
 from .planes import Planes, find_planes
@@ -89,13 +90,19 @@ class Walls(NamedTuple):
 
 
 class Room:
-    """What must not overlap, as a function of the free unknowns x (N,) of an energy."""
+    """What must not overlap, as a function of the free unknowns x (N,) of an energy.
+
+    Parameters
+    ----------
+    energy : Energy
+    keep : NoOverlap
+        Bound to the text of the energy.
+    """
 
     def __init__(self, energy: Energy, keep: NoOverlap) -> None:
-        self.energy, self.text = energy, energy.text
-        self.keep: NoOverlap = keep.bind(self.text)
+        self.energy, self.text, self.keep = energy, energy.text, keep
         self.points = self.text.point_set()
-        self._positions: dict[bytes, Array] = {}
+        self._positions: Memo[Array] = Memo(KEPT)
         counts = [sum(glyph.contours) for glyph in self.text.glyphs]
         self.starts = np.cumsum([0, *counts[:-1]])
 
@@ -107,13 +114,8 @@ class Room:
 
     def positions(self, x: Array) -> Array:
         """All control points at a state, (K, 2)."""
-        key = x.tobytes()
-        if key not in self._positions:
-            if len(self._positions) == KEPT:
-                del self._positions[next(iter(self._positions))]
-            place = self.energy.unknowns.place(x)
-            self._positions[key] = np.asarray(self.points.positions(place))
-        return self._positions[key]
+        place = self.energy.unknowns.place
+        return self._positions.get(x.tobytes(), lambda: np.asarray(self.points.positions(place(x))))
 
     def areas(self, *states: Array) -> Array:
         """The common area at each of several states (N,), in square font units."""
@@ -134,11 +136,11 @@ class Room:
         """What overlaps at a state."""
         keep, others = self.keep, list(self.keep.shapes)
         points = self.positions(x)
-        own = letters(self.text, points)
-        found = collisions(own, others, keep.between_glyphs, keep.gap)
+        found = keep.found(points)
         area = float(found.common.area.sum())
         excess, planes = area if keep.method == "area" else 0.0, None
         if keep.moving:
+            own = letters(self.text, points)
             planes = find_planes(own, others, found, self.text.word.contours, keep.gap)
             excess += float((planes.residual(points) ** 2).sum())
         return Look(x, points, found, planes, area, excess)

@@ -12,17 +12,21 @@ MOST_KEPT = 256
 class Memo(Generic[Made]):
     """Results by key; the key has to hold everything that the result depends on.
 
-    At most 256 results are kept; the oldest are dropped first.
+    Parameters
+    ----------
+    most : int
+        Results that are kept at most. The oldest are dropped first. Default 256.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = MOST_KEPT) -> None:
+        self._most = most
         self._kept: dict[Hashable, Made] = {}
 
     def get(self, key: Hashable, make: Callable[[], Made]) -> Made:
         """The result for this key, made at the first call."""
         found = self._kept.get(key)
         if found is None:
-            while len(self._kept) >= MOST_KEPT:
+            while len(self._kept) >= self._most:
                 # Another thread may drop the same one.
                 self._kept.pop(next(iter(self._kept)), None)
             found = self._kept[key] = make()
