@@ -14,6 +14,7 @@ import pytest
 import registry_fonts
 import torch
 import uharfbuzz as hb
+from fontTools.ttLib.tables.otTables import CompositeMode
 from referee import OUTLINE_TOLERANCE, HarfBuzz, outline_error
 
 import vfwidget as vf
@@ -24,6 +25,14 @@ from vfwidget.raster.colours import radial
 REAL = formats.CONFORMANCE / "formats" / "test_glyphs-glyf_colr_1_variable.ttf"
 FOREGROUND = hb.Color(1, 2, 3, 255)
 F2DOT14 = 16384
+OPAQUE = {
+    CompositeMode.CLEAR: lambda source, backdrop: [],
+    CompositeMode.SRC: lambda source, backdrop: source,
+    CompositeMode.DEST: lambda source, backdrop: backdrop,
+    CompositeMode.SRC_OVER: lambda source, backdrop: backdrop + source,
+    CompositeMode.DEST_OVER: lambda source, backdrop: source + backdrop,
+}
+"""The layers, from back to front, that a composition of two groups of layers comes to."""
 MOST_EMS = 20
 """HarfBuzz computes the tangent of a skew near 90 degrees in float32."""
 
@@ -34,6 +43,7 @@ class Painted:
     def __init__(self, referee: HarfBuzz) -> None:
         self.font, self.layers = referee.font, []
         self.matrices, self.glyphs, self.boxes = [np.eye(3)], [], []
+        self.groups, self.unlike = [], []
         functions = self.functions = hb.PaintFuncs()
         functions.set_push_transform_func(self._push)
         functions.set_pop_transform_func(lambda _: self.matrices.pop())
@@ -44,8 +54,8 @@ class Painted:
         functions.set_linear_gradient_func(lambda line, *n: self._paint("linear", n, line))
         functions.set_radial_gradient_func(lambda line, *n: self._paint("radial", n, line))
         functions.set_sweep_gradient_func(lambda line, *n: self._paint("sweep", n, line))
-        functions.set_push_group_func(lambda _: None)
-        functions.set_pop_group_func(lambda *_: None)
+        functions.set_push_group_func(self._open)
+        functions.set_pop_group_func(self._compose)
 
     def of(self, glyph_id: int, palette: int = 0) -> list:
         self.layers, self.boxes = [], []
@@ -71,6 +81,17 @@ class Painted:
             numbers[2:] = np.degrees(numbers[2:])
         stops = [(stop.offset, stop.color) for stop in line.color_stops]
         self._add(kind, numbers, stops, int(line.extend))
+
+    def _open(self, _):
+        self.groups.append(self.layers)
+        self.layers = []
+
+    def _compose(self, mode, _):
+        mode = CompositeMode(int(mode))
+        source, backdrop = self.layers, self.groups.pop()
+        if mode not in OPAQUE:
+            self.unlike.append(mode.name)
+        self.layers = OPAQUE.get(mode, OPAQUE[CompositeMode.SRC_OVER])(source, backdrop)
 
     def _add(self, kind, numbers, stops, extend):
         clip = [glyph for glyph in self.glyphs if glyph][-1:]
@@ -157,9 +178,41 @@ def test_flat_layers_are_those_of_harfbuzz():
 @pytest.mark.filterwarnings("ignore::vfwidget.FontWarning")
 def test_every_layer_of_a_font_of_a_public_test_suite():
     data = REAL.read_bytes()
-    unlike = "cycle", "clip", "composite"
+    unlike = "cycle", "clip"
     names = [n for n in vf.load_font(data).glyph_names if not any(part in n for part in unlike)]
     assert check_layers(data, names, 2) > 500
+
+
+@formats.needs_conformance
+def test_composite_modes_are_drawn_or_named():
+    data = REAL.read_bytes()
+    font, referee = vf.load_font(data), HarfBuzz(fonts.open_font(data))
+    w = np.zeros(len(font.axes))
+    referee.locate(w)
+    drawn, named = [], []
+    for mode in CompositeMode:
+        glyph = font.glyph(f"composite_{mode.name}")
+        painted = Painted(referee)
+        theirs = painted.of(glyph.glyph_id)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            ours = glyph.layers
+        if painted.unlike:
+            assert painted.unlike == [mode.name]
+            assert [f"the composite mode {mode.name}." in str(one.message) for one in said] == [
+                True
+            ]
+            named.append(mode)
+            continue
+        assert said == []
+        black = (0.0, 0.0, 0.0, 1.0)
+        mine = [255 * layer.paint.at(w).colours(font.palettes[0], black) for layer in ours]
+        assert len(mine) == len(theirs)
+        for colours, (_, _, _, stops, _, _) in zip(mine, theirs, strict=True):
+            assert distance(colours, rgba(colour for _, colour in stops)) < 1.01
+        drawn.append(mode)
+    assert drawn == list(OPAQUE)
+    assert len(named) == 23
 
 
 @pytest.mark.slow
