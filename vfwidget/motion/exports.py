@@ -17,8 +17,9 @@ from ..export.lottie import lottie
 from ..export.page import font_face, page
 from ..files import written
 from ..text import Text
+from ..text.inputs import read_flag
 from .image_exports import ImageExports, PathLike
-from .numbers import LARGEST, read_flag, read_number
+from .numbers import LARGEST, read_number
 from .spans import JOINER, Alternates, text_spans
 from .tracks import drawn_box, letter_tracks, outlines, user_coordinates
 
@@ -179,7 +180,7 @@ class Exports(ImageExports):
             times=self.times - self.times[0],
             tolerance=self._tolerance(tolerance),
             palette=palette,
-            loop=read_flag("loop", loop),
+            loop=read_flag("loop", loop, MotionError),
             height=height,
             background=background,
         )
@@ -311,7 +312,7 @@ class Exports(ImageExports):
             # Browsers round the distance of the baseline to whole pixels; this one is exact where
             # the size of the font is a multiple of 10 px.
             box=(left / em, bottom / em, right / em, np.ceil(10 * top / em) / 10),
-            loop=read_flag("loop", loop),
+            loop=read_flag("loop", loop, MotionError),
         )
         return element, sheet
 

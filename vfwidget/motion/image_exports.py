@@ -6,10 +6,12 @@ import os
 from collections.abc import Iterator
 from typing import Any, TypeAlias
 
+from ..errors import MotionError
 from ..export.images import gif, over, png, read_colour, video
 from ..files import write_numbered, written
+from ..text.inputs import read_flag
 from .frames import FPS, drawn_frames
-from .numbers import read_flag, read_number
+from .numbers import read_number
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
 GIF_FPS = 25.0
@@ -65,7 +67,7 @@ class ImageExports:
         delay = max(round(100 / read_number("fps", fps, *FPS, open_below=False)), 2)
         read_colour("background", background)
         images = self._images(height, 100 / delay, ink, background, progress)
-        return written(gif(images, 10 * delay, read_flag("loop", loop)), path)
+        return written(gif(images, 10 * delay, read_flag("loop", loop, MotionError)), path)
 
     def to_mp4(
         self,

@@ -52,19 +52,6 @@ def read_count(name: str, value: Any) -> int:
     return int(value)
 
 
-def read_flag(name: str, value: Any) -> bool:
-    """True or False.
-
-    Raises
-    ------
-    MotionError
-        It is neither.
-    """
-    if not isinstance(value, bool | np.bool_):
-        raise MotionError(f"{name} must be True or False; received {value!r:.200}.")
-    return bool(value)
-
-
 def check_frames(count: float) -> None:
     """Check that an animation may have so many frames.
 

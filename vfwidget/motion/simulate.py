@@ -12,6 +12,7 @@ from tqdm.auto import tqdm
 from ..arrays import Array
 from ..errors import MotionError, MotionWarning, SolveError, warn_caller
 from ..text import Text
+from ..text.inputs import read_flag
 from ..text.place import AXES, OFFSETS, ROTATIONS, Place
 from .animation import Animation
 from .body import Body
@@ -25,7 +26,7 @@ from .inputs import (
     read_vectors,
 )
 from .laws import Laws, State
-from .numbers import read_count, read_flag, read_number
+from .numbers import read_count, read_number
 from .scene import Scene
 from .start import apart
 from .steps import NEARBY, BlockedError, Stepper
@@ -151,7 +152,8 @@ def simulate(
         frame=read_number("dt", dt, 0.0, math.inf, True),
         substeps=None if auto else read_count('substeps must be "auto" or', substeps),
     )
-    positions, rotations = read_flag("positions", positions), read_flag("rotations", rotations)
+    positions = read_flag("positions", positions, MotionError)
+    rotations = read_flag("rotations", rotations, MotionError)
     if rotations and not positions:
         raise MotionError(
             "rotations=True needs positions=True, because a letter rotates about its centre of "

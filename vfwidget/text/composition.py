@@ -12,7 +12,7 @@ from ..arrays import Array, IntArray, to_array
 from ..font import Font
 from ..font.settings import Settings
 from ..outline.composed import Displaced
-from .inputs import read_length, read_shared
+from .inputs import read_flag, read_length
 from .layout import Layout, layouts
 from .memo import Memo
 from .word import Word
@@ -65,7 +65,7 @@ class Composition:
         line_height: float | None = None,
         **shaping: Any,
     ) -> None:
-        self.font, self.string, self.shared = font, string, read_shared(shared)
+        self.font, self.string, self.shared = font, string, read_flag("shared", shared)
         self._shaping = shaping
         if line_height is None:
             line_height = font.ascender - font.descender

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from ..arrays import Array, ArrayLike, to_array
-from ..errors import AxisError, GlyphError, TextError
+from ..errors import AxisError, GlyphError, TextError, VFWidgetError
 from ..font import Font, NamedInstance
 from ..outline.coordinates import check_coordinates
 
@@ -131,16 +131,16 @@ def read_length(name: str, value: Any) -> float:
     return float(value)
 
 
-def read_shared(value: Any) -> bool:
-    """Whether letters share their axes.
+def read_flag(name: str, value: Any, error: type[VFWidgetError] = TextError) -> bool:
+    """True or False.
 
     Raises
     ------
     TextError
-        It is neither True nor False.
+        It is neither; or the error that is given.
     """
     if not isinstance(value, bool | np.bool_):
-        raise TextError(f"shared must be True or False; received {value!r}.")
+        raise error(f"{name} must be True or False; received {value!r:.200}.")
     return bool(value)
 
 

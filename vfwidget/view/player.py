@@ -17,8 +17,9 @@ from ..export.animated_svg import still_picture
 from ..export.page import page, view
 from ..files import written
 from ..motion.animation import Animation
-from ..motion.numbers import read_flag, read_number
+from ..motion.numbers import read_number
 from ..motion.tracks import outlines
+from ..text.inputs import read_flag
 from .bundle import PAGE_STYLE, built
 from .film import describe_film
 from .options import checked_height, refuse_foreign, refuse_unknown
@@ -209,7 +210,7 @@ class Player(anywidget.AnyWidget):
     def _checked(self, name: str, value: Any) -> Any:
         """The value of a trait that the view may change."""
         if name in ("playing", "loop"):
-            return read_flag(name, value)
+            return read_flag(name, value, MotionError)
         if name == "onion":
             return int(read_number(name, value, 0, MOST_ONION, open_below=False))
         low, high = (0.0, self.animation.duration) if name == "time" else SPEEDS
