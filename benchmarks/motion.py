@@ -155,8 +155,8 @@ def run(quick: bool) -> Iterator[Row]:
                 seconds[who, turn] = (process_time() - begun) / fall.frames
         same, whole, *theirs = seconds.min(1)
         for ours, physics, depth in (
-            (same, "no friction or restitution", depths[0].max()),
-            (whole, "friction, restitution", depths[1].max()),
+            (same, "the same physics", depths[0].max()),
+            (whole, "friction and bounces", depths[1].max()),
         ):
             for mode, least in zip(("reverse", "forward"), theirs, strict=True):
                 yield Row(
