@@ -130,11 +130,16 @@ class _Step(FreeStep):
         if not resting:
             ahead = self.gaps(self.segments(self.free, self.later), self.reach)
             inside = ahead.some(ahead.gap < 0)
+            moment = self._impact(inside) if bounce and len(inside.gap) else None
+            if moment == 0.0:
+                return self._reflected(), 0.0
+            if moment is not None:
+                self.set_duration(moment)
+                ahead = self.gaps(self.segments(self.free, self.later), self.reach)
+                # On the way to the impact, slower contacts may press.
+                inside = ahead.some(ahead.gap < -LEFT)
             if not len(inside.gap):
                 return self.after(self.free), self.h
-            impact = self._impact(inside) if bounce else None
-            if impact is not None:
-                return impact
         self.touching = self.touching | self.letters_of(inside)
         while True:
             state, depth = self._in_contact(resting)
@@ -169,18 +174,15 @@ class _Step(FreeStep):
         size = float(np.hypot(*self.acceleration.T).max(initial=0.0))
         return np.asarray(approach > max(FAST * size * self.laws.frame, 1e-6))
 
-    def _impact(self, inside: Gaps) -> tuple[State, float] | None:
-        """The state before or after an impact, and the time until then; None for a slow contact."""
+    def _impact(self, inside: Gaps) -> float | None:
+        """Seconds until the first impact, 0 if it is now; None if all contacts are slow."""
         before = (self.relative(inside, self.now) * inside.normal).sum(1)
         fast = self._fast(inside) & (before > inside.gap)
         if not fast.any():
             return None
         start, end = before[fast], inside.gap[fast]
         part = float(np.clip(start / (start - end), 0.0, 1.0).min())
-        if part * float((start - end).max()) > CLOSE:
-            self.set_duration(part * self.h)
-            return self.after(self.free), self.h
-        return self._reflected(), 0.0
+        return part * self.h if part * float((start - end).max()) > CLOSE else 0.0
 
     def _part(self, near: Gaps) -> float:
         """The part of the step after which outlines have moved as far as they may."""
