@@ -83,7 +83,7 @@ def test_tied_letters_avoid_an_obstacle_together():
     handle = text.nearest(right, 400)
     x, y = text.position(handle).tolist()
     terms = [vf.Target(handle, (x + 200, y)), vf.StayClose()]
-    followed = follow(text, terms, vf.NoOverlap(bar), ties=[(0, 1)])
+    followed = follow(text, terms, vf.NoOverlap(bar), ties=[(0, 1)], substeps=3)
     theta = followed.solution.theta
     assert torch.equal(theta[0], theta[1])
     assert followed.solution.text.points()[:, 0].max() == pytest.approx(right + 40, abs=0.5)

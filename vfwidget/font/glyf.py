@@ -97,10 +97,10 @@ class GlyfReader:
         """
         raw = self._read(name, _Reading(name), 0)
         points, contours = to_cubics(raw)
-        left, right, top, bottom = np.moveaxis(raw.points[:, -PHANTOMS:], 1, 0)
+        left, right, top, bottom = raw.points[:, -PHANTOMS:].transpose(1, 0, 2)
         # Rasterisers put the left side bearing point at the origin, and so the outline's delta
         # sets carry that point's deltas too.
-        points = points - left[:, None] * [1.0, 0.0]
+        points[..., 0] -= left[:, :1]
         return Unpacked(points, raw.support, contours, (right - left)[:, 0], (top - bottom)[:, 1])
 
     def _read(self, name: str, reading: _Reading, depth: int) -> RawOutline:
@@ -220,7 +220,7 @@ def to_cubics(raw: RawOutline) -> tuple[Array, list[int]]:
         start = end + 1
     points = raw.points[:, :-PHANTOMS]
     if trace.implied:
-        one, other = np.transpose(trace.implied)
+        one, other = np.array(trace.implied).T
         points = np.concatenate([points, (points[:, one] + points[:, other]) / 2], axis=1)
     return chain(points, trace.segments), contours
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from threading import RLock
 
-import numpy as np
 from fontTools.ttLib import TTFont
 
 from ..errors import FontError
@@ -87,7 +86,7 @@ class GlyphReader:
         if self._composites and name in self._composites:
             outline, contours = self._composites.read(name)
         else:
-            outline = Affine(drawn.points[0], np.moveaxis(drawn.points[1:], 0, -1), drawn.support)
+            outline = Affine(drawn.points[0], drawn.points[1:].transpose(1, 2, 0), drawn.support)
             contours = list(drawn.contours)
         glyph = Glyph.of(outline, width, contours, name, glyph_id)
         if self._heights:

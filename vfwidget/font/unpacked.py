@@ -49,7 +49,7 @@ def chain(points: Array, segments: Sequence[tuple[int, int, int, int, int]]) -> 
     """
     if not segments:
         return np.zeros((len(points), 0, 2))
-    start, one, two, end, order = np.transpose(segments)
+    start, one, two, end, order = np.array(segments).T
     # The inner points lie a third, two thirds or all of the way from an end to its control.
     pull = (order / 3)[:, None]
     starts, ends = points[:, start], points[:, end]

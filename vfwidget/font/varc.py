@@ -35,7 +35,7 @@ RADIANS = np.array([np.pi / 180 if name in ANGLES else 1.0 for name in VAR_TRANS
 UNITS = np.array([[p.scale / (1 << p.fractionalBits)] for p in VAR_TRANSFORM_MAPPING.values()])
 UNITS *= RADIANS[:, None]
 """What a delta of 1 adds to each number of a transformation, (9, 1)."""
-STATED = [int(part.flag) for part in VAR_TRANSFORM_MAPPING.values()]
+STATED = np.array([int(part.flag) for part in VAR_TRANSFORM_MAPPING.values()])
 RESET = int(VarComponentFlags.RESET_UNSPECIFIED_AXES)
 """Flags as plain integers: operations on enumerations are slow."""
 
@@ -66,6 +66,7 @@ class VarcReader:
 
     def __init__(self, font: TTFont, axis_count: int, read: Callable[[str], Unpacked]) -> None:
         self._table, self._axis_count, self._read = font["VARC"].table, axis_count, read
+        self._still = Displaced(constant(np.zeros(axis_count), axis_count))
         self._leaves: GlyphCache[Leaf] = GlyphCache(COMPONENTS_KEPT)
         self._index = {name: i for i, name in enumerate(self._table.Coverage.glyphs)}
         store = self._table.MultiVarStore
@@ -88,9 +89,8 @@ class VarcReader:
         FontError
             Components nest without end or are too many, or an index leads nowhere.
         """
-        still = Displaced(constant(np.zeros(self._axis_count), self._axis_count))
-        drawing = _Drawing(self, name, still)
-        drawing.add(name, still, [], 0)
+        drawing = _Drawing(self, name, self._still)
+        drawing.add(name, self._still, [], 0)
         if not drawing.parts:
             return constant(np.zeros((0, 2)), self._axis_count), []
         return Joined(drawing.parts), drawing.contours
@@ -105,8 +105,7 @@ class VarcReader:
         leaf = self._leaves.get(name)
         if leaf is None:
             drawn = self._read(name)
-            deltas = np.moveaxis(drawn.points[1:], 0, -1)
-            outline = Affine(drawn.points[0], deltas, drawn.support)
+            outline = Affine(drawn.points[0], drawn.points[1:].transpose(1, 2, 0), drawn.support)
             leaf = Leaf(outline, tuple(drawn.contours))
             self._leaves.add(name, leaf)
         return leaf
@@ -116,20 +115,20 @@ class VarcReader:
         base = font if int(component.flags) & RESET else here
         if component.axisIndicesIndex is None:
             return base
-        axes = np.array(self._table.AxisIndicesList.Item[component.axisIndicesIndex], dtype=np.intp)
-        values = np.array(component.axisValues, dtype=np.float64)
-        if axes.max(initial=0) >= self._axis_count:
+        named = self._table.AxisIndicesList.Item[component.axisIndicesIndex]
+        if max(named, default=0) >= self._axis_count:
             raise FontError("The VARC table is damaged: a component names an axis that is missing.")
+        axes, values = np.array(named, dtype=np.intp), np.array(component.axisValues, dtype=float)
         deltas, support = self._row(component.axisValuesVarIndex, len(axes))
         return Replaced(base, axes, Composed(Affine(values, deltas / F2DOT14, support), here))
 
     def transformation(self, component: Any, here: Coordinates) -> Varying:
         """How a component is placed, as a matrix (2, 3)."""
         flags = int(component.flags)
-        stated = [bool(flags & flag) for flag in STATED]
+        stated = (STATED & flags) != 0
         transform = component.transform
         base = RADIANS * [getattr(transform, name) for name in VAR_TRANSFORM_MAPPING]
-        rows, support = self._row(component.transformVarIndex, sum(stated))
+        rows, support = self._row(component.transformVarIndex, np.count_nonzero(stated))
         deltas = np.zeros((9, len(support)))
         deltas[stated] = rows
         deltas *= UNITS

@@ -39,7 +39,8 @@ class Replaced(Coordinates):
         # A matrix that puts each value in its place.
         self._spread = np.zeros((self.shape[0], len(axes)))
         self._spread[axes, np.arange(len(axes))] = 1
-        self._kept = 1 - self._spread.any(1).astype(float)
+        self._kept = np.ones(self.shape)
+        self._kept[axes] = 0
 
     @property
     def axis_count(self) -> int:

@@ -159,7 +159,7 @@ def _numbers(part: ArrayLike) -> Array:
         numbers = to_array(part)
     except (TypeError, ValueError, RuntimeError):
         raise GlyphError(f"A glyph is made of arrays of numbers; got {part!r:.80}.") from None
-    if not np.isfinite(numbers).all():
+    if np.count_nonzero(np.isfinite(numbers)) < numbers.size:
         raise GlyphError("The numbers of a glyph must be finite; got NaN or infinity.")
     return numbers
 

@@ -96,7 +96,8 @@ def follow(
     Returns
     -------
     Followed
-        The state has no more common area than ``text``.
+        The state has no more common area than ``text``, where the letters of a group are taken
+        at the axes of its first one.
     """
     wish = energy_of(text, terms, locks=locks, ties=ties)
     direct = descend(wish, wish.unknowns.start, TOLERANCES, max_iterations)
