@@ -205,7 +205,7 @@ def test_a_letter_on_its_corner_tips_over_and_comes_to_rest() -> None:
 # Of all bundled fonts, these letters were the last to come to rest, or entered the floor.
 @pytest.mark.parametrize(
     ("font", "string", "frames"),
-    [("roboto-flex", "N", 270), ("dynapuff", "o", 120), ("dynapuff", "T", 210)],
+    [("roboto-flex", "N", 300), ("dynapuff", "o", 120), ("dynapuff", "T", 330)],
 )
 def test_letters_of_all_shapes_come_to_rest(font, string, frames) -> None:
     text = vf.Text(font, string, rotations=[0.4])

@@ -128,7 +128,7 @@ class VarcReader:
         stated = (STATED & flags) != 0
         transform = component.transform
         base = RADIANS * [getattr(transform, name) for name in VAR_TRANSFORM_MAPPING]
-        rows, support = self._row(component.transformVarIndex, np.count_nonzero(stated))
+        rows, support = self._row(component.transformVarIndex, int(np.count_nonzero(stated)))
         deltas = np.zeros((9, len(support)))
         deltas[stated] = rows
         deltas *= UNITS
