@@ -130,11 +130,12 @@ class VarcReader:
         base = RADIANS * [getattr(transform, name) for name in VAR_TRANSFORM_MAPPING]
         rows, support = self._row(component.transformVarIndex, int(np.count_nonzero(stated)))
         deltas = np.zeros((9, len(support)))
-        deltas[stated] = rows
-        deltas *= UNITS
-        if not stated[4]:
-            # Without a scale in y the one in x serves both.
-            deltas[4] = deltas[3]
+        if len(support):
+            deltas[stated] = rows
+            deltas *= UNITS
+            if not stated[4]:
+                # Without a scale in y the one in x serves both.
+                deltas[4] = deltas[3]
         return Transformation(Composed(Affine(base, deltas, support), here))
 
     def condition(self, component: Any, here: Coordinates) -> Condition | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -36,11 +37,16 @@ class Replaced(Coordinates):
     def __init__(self, base: Coordinates, axes: IntArray, values: Varying) -> None:
         self.base, self.axes, self.values = base, axes, values
         self.shape = base.shape
-        # A matrix that puts each value in its place.
-        self._spread = np.zeros((self.shape[0], len(axes)))
-        self._spread[axes, np.arange(len(axes))] = 1
-        self._kept = np.ones(self.shape)
-        self._kept[axes] = 0
+
+    @cached_property
+    def _spread(self) -> Array:
+        """A matrix (n', a) that puts each value in its place."""
+        return (np.arange(self.shape[0])[:, None] == self.axes).astype(float)
+
+    @cached_property
+    def _kept(self) -> Array:
+        """1 where a coordinate is not replaced, else 0, (n',)."""
+        return 1 - self._spread.any(1).astype(float)
 
     @property
     def axis_count(self) -> int:
