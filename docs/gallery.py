@@ -21,12 +21,12 @@ import nbformat
 from jinja2 import pass_context
 from latex2mathml.converter import convert
 from nbclient import NotebookClient
-from nbclient.exceptions import CellTimeoutError, DeadKernelError
 from nbconvert import HTMLExporter
 from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 from nbformat import NotebookNode
 from nbformat.v4 import new_output
 from pygments.formatters import HtmlFormatter
+from traitlets.config import Config
 
 from vfwidget.export.page import STATE as EDITOR
 from vfwidget.export.page import page, view
@@ -55,20 +55,20 @@ VIEWS = {_name(Editor): (EDITOR, PAGE_TRAITS), _name(Player): (player.STATE, pla
 
 def run(path: Path) -> NotebookNode:
     """Run a notebook and return it with its outputs; its metadata hold the state of its widgets."""
-    try:
-        return _run(path)
-    except (CellTimeoutError, DeadKernelError) as error:
-        # A kernel chooses free ports, and another process may take them before it does.
-        print(f"{path.stem}: {type(error).__name__}, trying again", flush=True)
-        return _run(path)
-
-
-def _run(path: Path) -> NotebookNode:
     notebook = nbformat.read(path, as_version=4)
     with TemporaryDirectory() as folder:
         resources = {"metadata": {"path": folder}}
-        NotebookClient(notebook, timeout=SECONDS, resources=resources).execute()
+        config = sockets_in(folder)
+        NotebookClient(notebook, timeout=SECONDS, resources=resources, config=config).execute()
     return notebook
+
+
+def sockets_in(folder: str) -> Config:
+    """Let a kernel be reached by sockets in a folder.
+
+    By default it chooses free ports, which another process may take before it does.
+    """
+    return Config(KernelManager={"transport": "ipc", "ip": f"{folder}/kernel"})
 
 
 def mathml(latex: str, display: str = "inline") -> str:

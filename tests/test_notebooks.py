@@ -6,11 +6,13 @@ import os
 import re
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import nbformat
 import pytest
 from nbclient import NotebookClient
+from traitlets.config import Config
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 LONG = {
@@ -58,13 +60,16 @@ def test_it_runs_without_messages_on_stderr(path: Path, tmp_path: Path) -> None:
     }
     # The kernel chooses its own backend, which puts figures into the notebook.
     environment.pop("MPLBACKEND", None)
-    client = NotebookClient(
-        notebook,
-        timeout=SECONDS,
-        kernel_name="python3",
-        resources={"metadata": {"path": str(tmp_path)}},
-    )
-    client.execute(env=environment)
+    # The path of a socket has to be short. Free ports might be taken before the kernel has them.
+    with TemporaryDirectory() as sockets:
+        client = NotebookClient(
+            notebook,
+            timeout=SECONDS,
+            kernel_name="python3",
+            resources={"metadata": {"path": str(tmp_path)}},
+            config=Config(KernelManager={"transport": "ipc", "ip": f"{sockets}/kernel"}),
+        )
+        client.execute(env=environment)
     said = [
         output.text
         for cell in notebook.cells
