@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import fonts
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ import torch
 from fontTools.varLib.featureVars import addFeatureVariations
 
 import vfwidget as vf
+from vfwidget.energy.descent import descend
 from vfwidget.energy.energy import Energy
+from vfwidget.solver.problem import Tolerances
 
 FONTS = vf.bundled_fonts()
 
@@ -334,3 +338,13 @@ def test_one_letter_of_several_crosses_a_boundary() -> None:
     assert [glyph.name for glyph in found.text.glyphs] == ["a", "bowl"]
     assert found.boundaries[0].letter == 1
     assert "at wght of letter 2 = 650: crossed" in found.report()
+
+
+def test_a_descent_at_another_state_has_the_bounds_of_that_state() -> None:
+    text = vf.Text("dynapuff", "a")
+    lower, upper = text.font.bounds
+    energy = Energy(text.at(theta=[(lower + upper) / 2]), [vf.StayClose()])
+    found = descend(energy, energy.unknowns.start, Tolerances(), 10)
+    assert found.at_bounds is None
+    ended = replace(found, state=replace(found.state, x=energy.upper))
+    assert ended.at_bounds is not None and ended.at_bounds.all()

@@ -26,8 +26,6 @@ class Descent:
     state : State
     history : list of (x, cost)
     results : list of TermResult
-    at_bounds : (N,) bool array or None
-        Which unknowns are at a bound; None if none of them is.
     earlier : int
         Steps of the descents that led to its start.
     """
@@ -36,8 +34,14 @@ class Descent:
     state: State
     history: History
     results: list[TermResult]
-    at_bounds: BoolArray | None
     earlier: int = 0
+
+    @property
+    def at_bounds(self) -> BoolArray | None:
+        """Which unknowns (N,) are at a bound, or None if none of them is."""
+        x = self.state.x
+        found: BoolArray = (x <= self.problem.lower) | (x >= self.problem.upper)
+        return found if np.count_nonzero(found) else None
 
     @property
     def iterations(self) -> int:
@@ -122,11 +126,7 @@ def descend(
         history=history,
         deadline=deadline,
     )
-    results = energy.results(state.x, state.residual)
-    at_bounds = (state.x <= energy.lower) | (state.x >= energy.upper)
-    return Descent(
-        problem, state, history, results, at_bounds if np.count_nonzero(at_bounds) else None
-    )
+    return Descent(problem, state, history, energy.results(state.x, state.residual))
 
 
 def held_axes(energy: Energy, found: Descent) -> Array:
