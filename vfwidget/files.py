@@ -18,7 +18,7 @@ def written(content: Content, path: str | os.PathLike[str] | None) -> Content | 
     Raises
     ------
     VFWidgetError, OSError
-        The path is none, or the file cannot be written.
+        The path is not valid, or the file cannot be written.
     """
     if path is None:
         return content
@@ -32,7 +32,7 @@ def write(path: str | os.PathLike[str], data: bytes) -> None:
     Raises
     ------
     VFWidgetError, OSError
-        The path is none, or the file cannot be written.
+        The path is not valid, or the file cannot be written.
     """
     _path(path).write_bytes(data)
 
@@ -45,7 +45,7 @@ def write_numbered(folder: str | os.PathLike[str], contents: Iterable[bytes], su
     Raises
     ------
     VFWidgetError, OSError
-        The path is none, or the files cannot be written.
+        The path is not valid, or the files cannot be written.
     """
     place = _path(folder)
     place.mkdir(parents=True, exist_ok=True)

@@ -209,17 +209,19 @@ def screenshot(page: Any) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")) / 255
 
 
-def agrees_with_pictures(page: Any, beside: Any, animation: Any, show: Callable[..., Any]) -> None:
+def agrees_with_pictures(
+    page: Any, pictures: Any, animation: Any, show: Callable[..., Any]
+) -> None:
     """Assert that a page shows the colours of the still pictures of all frames, on another page."""
     letters, obstacles, box, palette = outlines(animation)
     for number in range(len(animation) - 1):
         show(number)
         look = {"title": "", "box": box, "palette": palette, "height": TALL}
-        beside.evaluate(
+        pictures.evaluate(
             "made => { document.body.innerHTML = made }",
             still_picture(letters, obstacles, number, **look),
         )
-        expected, shown = screenshot(beside), screenshot(page)
+        expected, shown = screenshot(pictures), screenshot(page)
         assert np.ptp(expected, axis=2).max() > 0.3
         assert np.quantile(abs(shown - expected), 0.999) < 0.02
 
@@ -241,15 +243,15 @@ def test_the_svg_of_colour_glyphs_shows_every_frame(
 ) -> None:
     animation = coloured()
     (tmp_path / "page.html").write_text(BARE + str(animation.to_svg(height=TALL)))
-    (tmp_path / "beside.html").write_text(BARE)
-    page, beside = (open_page(tmp_path / f"{name}.html") for name in ("page", "beside"))
+    (tmp_path / "pictures.html").write_text(BARE)
+    page, pictures = (open_page(tmp_path / f"{name}.html") for name in ("page", "pictures"))
     page.evaluate("document.querySelector('svg').pauseAnimations()")
 
     def show(number: int) -> None:
         seconds = float(animation.times[number]) + 1e-4
         page.evaluate("t => document.querySelector('svg').setCurrentTime(t)", seconds)
 
-    agrees_with_pictures(page, beside, animation, show)
+    agrees_with_pictures(page, pictures, animation, show)
 
 
 @pytest.mark.slow
@@ -259,14 +261,14 @@ def test_the_lottie_of_colour_glyphs_shows_every_frame(
     player = registry_fonts.package("lottie-web") / "build" / "player" / "lottie_svg.min.js"
     animation = coloured(without_sweep)
     (tmp_path / "page.html").write_text(BARE + "<div id=stage></div>")
-    (tmp_path / "beside.html").write_text(BARE)
-    page, beside = (open_page(tmp_path / f"{name}.html") for name in ("page", "beside"))
+    (tmp_path / "pictures.html").write_text(BARE)
+    page, pictures = (open_page(tmp_path / f"{name}.html") for name in ("page", "pictures"))
     page.add_script_tag(path=player)
     document = json.loads(str(animation.to_lottie()))
     page.evaluate(PLAY, [document, TALL * document["w"] / document["h"], TALL])
     agrees_with_pictures(
         page,
-        beside,
+        pictures,
         animation,
         lambda number: page.evaluate("frame => window.film.goToAndStop(frame, true)", number),
     )

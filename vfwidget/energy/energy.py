@@ -100,12 +100,7 @@ class Energy:
             self.upper = np.where(locked, start, self.upper)
 
     def _collect_proximity(self) -> None:
-        self._pulls = [
-            None
-            if type(term).proximity is Term.proximity
-            else proximity_of(term, self.text, self.unknowns)
-            for term in self.terms
-        ]
+        self._pulls = [proximity_of(term, self.text, self.unknowns) for term in self.terms]
         pulls = [pull for pull in self._pulls if pull is not None]
         if len(pulls) == 1:
             self.proximity = pulls[0]
@@ -277,11 +272,8 @@ def _joined(parts: Sequence[Array]) -> Array:
 
 def _all_blocks(text: Text, terms: Sequence[Term]) -> tuple[dict[str, Block], list[str]]:
     """The blocks of the text and of its terms, and the names of the latter."""
-    blocks: dict[str, Block] = text.blocks
-    added: list[str] = []
+    blocks, added = text.blocks, []
     for term in terms:
-        if type(term).blocks is Term.blocks:
-            continue
         for name, block in blocks_of(term, text).items():
             if name in blocks:
                 raise SolveError(

@@ -255,7 +255,7 @@ class Font(DesignSpace):
         Raises
         ------
         FontError, OSError, VFWidgetError
-            Some glyphs are not those of the file, it cannot be written, or the path is none.
+            Some glyphs are not those of the file, it cannot be written, or the path is not valid.
         """
         self._drawings.check_none()
         write(path, font_bytes(self._ttfont))

@@ -86,8 +86,7 @@ class GlyphReader:
         if self._composites and name in self._composites:
             outline, contours = self._composites.read(name)
         else:
-            outline = Affine(drawn.points[0], drawn.points[1:].transpose(1, 2, 0), drawn.support)
-            contours = list(drawn.contours)
+            outline, contours = drawn.outline, list(drawn.contours)
         glyph = Glyph.of(outline, width, contours, name, glyph_id)
         if self._heights:
             height = self._heights.read(name, glyph_id, drawn.height, drawn.support)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
+from ..outline.varying import Affine
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,11 @@ class Unpacked:
     contours: Sequence[int]
     width: Array | None = None
     height: Array | None = None
+
+    @property
+    def outline(self) -> Affine:
+        """The control points as a function of the coordinates."""
+        return Affine(self.points[0], self.points[1:].transpose(1, 2, 0), self.support)
 
 
 def chain(points: Array, segments: Sequence[tuple[int, int, int, int, int]]) -> Array:

@@ -105,8 +105,7 @@ class VarcReader:
         leaf = self._leaves.get(name)
         if leaf is None:
             drawn = self._read(name)
-            outline = Affine(drawn.points[0], drawn.points[1:].transpose(1, 2, 0), drawn.support)
-            leaf = Leaf(outline, tuple(drawn.contours))
+            leaf = Leaf(drawn.outline, tuple(drawn.contours))
             self._leaves.add(name, leaf)
         return leaf
 

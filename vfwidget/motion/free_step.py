@@ -84,11 +84,10 @@ class FreeStep:
         outlines, self.later = self.scene.at(self.time + h)
         self.matches = outlines is self.outlines
         self.outlines = outlines
-        later = self.segments(self.free, self.later)
-        self.moved = np.zeros_like(later)
-        self.moved[: len(self.body.controls)] = (later - self.now)[: len(self.body.controls)]
-        if self.matches:
-            self.moved = later - self.now
+        self.moved = self.segments(self.free, self.later) - self.now
+        if not self.matches:
+            # The obstacles before and after the step are not the same ones.
+            self.moved[len(self.body.controls) :] = 0.0
         # Shapes that move together have no motion relative to each other.
         count, owner = len(self.scene.stroke), outlines.owner
         size = np.maximum(np.bincount(owner, minlength=count), 1)

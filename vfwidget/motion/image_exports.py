@@ -65,6 +65,7 @@ class ImageExports:
             The file cannot be written.
         """
         delay = max(round(100 / read_number("fps", fps, *FPS, open_below=False)), 2)
+        # Without a background the images would be transparent.
         read_colour("background", background)
         images = self._images(height, 100 / delay, ink, background, progress)
         return written(gif(images, 10 * delay, read_flag("loop", loop, MotionError)), path)

@@ -86,8 +86,8 @@ def first_contact(
 
     Notes
     -----
-    Whatever begins to overlap on the way is found. An overlap that exists at the beginning, and
-    becomes larger at the end without an event in between, is not.
+    Every overlap that begins on the way is found. One that exists at the beginning, and becomes
+    larger at the end without an event in between, is not.
     """
     still = [np.zeros((0, 4, 2)), *(shape.segments for shape in obstacles)]
     sizes = [*letters, *(shape.sizes for shape in obstacles)]

@@ -135,7 +135,7 @@ class Exports:
         FontError
             The name is no name, or fontTools cannot make the instance.
         VFWidgetError, OSError
-            The path is none, or the file cannot be written.
+            The path is not valid, or the file cannot be written.
         """
         if not self.composition.shared:
             raise TextError("to_font needs one location for all letters; use shared=True.")
