@@ -8,7 +8,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from functools import partial
 from time import process_time
 from types import FrameType
 from typing import Any
@@ -30,25 +30,25 @@ pytestmark = [
 ]
 
 
-@contextmanager
-def interrupt_after(seconds: float) -> Iterator[None]:
-    """Raise KeyboardInterrupt in the block after some processor time; the block may end before."""
+def interrupt_after(seconds: float, action: Callable[[], object]) -> None:
+    """Raise KeyboardInterrupt in an action after some processor time, unless it ended before."""
+    armed = True
 
     def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
+        # A signal that another thread received may be handled long after the timer is off.
+        if armed:
+            raise KeyboardInterrupt
 
     # Timeouts of tests use the timer of elapsed time.
     before = signal.signal(signal.SIGVTALRM, interrupt)
     try:
-        try:
-            signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
-            yield
-        finally:
-            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-            signal.signal(signal.SIGVTALRM, before)
+        signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+        action()
+        armed = False
     except KeyboardInterrupt:
-        # Also one that arrives while the block ends.
-        pass
+        armed = False
+    signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+    signal.signal(signal.SIGVTALRM, before)
 
 
 def interrupted(action: Callable[[int], object], count: int) -> Iterator[None]:
@@ -58,8 +58,7 @@ def interrupted(action: Callable[[int], object], count: int) -> Iterator[None]:
         action(i)
     duration = (process_time() - begin) / 3
     for i, part in enumerate(np.random.default_rng(0).uniform(0.01, 1.05, count)):
-        with interrupt_after(part * duration):
-            action(i)
+        interrupt_after(part * duration, partial(action, i))
         yield
 
 
