@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..arrays import Array
@@ -46,8 +48,6 @@ class Solution:
         The same in words, with the axis bounds that limit the result.
     terms : list of TermResult
         Each term at ``text``, in the order given.
-    active : (1, n) or (l, n) int array
-        -1 or 1 where an axis is held at the lower or upper end of its range, else 0.
     history : list of Iterate
         (Θ, cost) of every accepted step, the start included.
     elsewhere : Text or None
@@ -65,10 +65,23 @@ class Solution:
     status: str
     message: str
     terms: list[TermResult]
-    active: Array
     history: list[Iterate]
+    _active: Callable[[], Array] | None
     elsewhere: Text | None = field(default=None)
     boundaries: list[Boundary] = field(default_factory=list)
+
+    @cached_property
+    def active(self) -> Array:
+        """-1 or 1 where an axis is held at an end of its range, else 0; (1, n) or (l, n).
+
+        -1 stands for the lower end, 1 for the upper one. The first use may evaluate a derivative.
+        """
+        assert self._active is not None
+        return self._active()
+
+    def __getstate__(self) -> dict[str, Any]:
+        # A pickle holds the numbers, and not the energy from which they are found.
+        return {**self.__dict__, "active": self.active, "_active": None}
 
     @property
     def misses(self) -> list[float]:

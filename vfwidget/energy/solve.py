@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -209,16 +210,13 @@ def solution_of(
     """A descent as a solution in terms of the text; ``start`` is by default that of the energy."""
     text, state, unknowns = energy.text, best.state, energy.unknowns
     place = unknowns.place(state.x)
-    active = np.zeros(text.coordinates.shape, dtype=int)
-    if best.at_bounds is not None:
-        ends = at_ends(text, place[AXES])
-        active[ends] = held_axes(energy, best)[ends]
+    active = partial(_held_ends, energy, best)
     assert state.outcome is not None
     status, message = state.outcome
     if status == CONVERGED:
         missed = best.missed
         status = UNREACHABLE if missed else CONVERGED
-        message = _explain(text, active, missed, boundaries) if missed else "every goal is met"
+        message = _explain(text, active(), missed, boundaries) if missed else "every goal is met"
     return Solution(
         text=text.moved_to(place),
         start=start or text,
@@ -228,11 +226,21 @@ def solution_of(
         status=status,
         message=message,
         terms=best.results,
-        active=active,
         history=[Iterate(unknowns.value(AXES, x), cost) for x, cost in best.history],
+        _active=active,
         elsewhere=None if elsewhere is None else text.moved_to(unknowns.place(elsewhere.state.x)),
         boundaries=list(boundaries),
     )
+
+
+def _held_ends(energy: Energy, best: Descent) -> Array:
+    """:attr:`Solution.active`: the axes that are held at an end of their range in the font."""
+    theta = energy.unknowns.value(AXES, best.state.x)
+    active = np.zeros(theta.shape, dtype=int)
+    if best.at_bounds is not None:
+        ends = at_ends(energy.text, theta)
+        active[ends] = held_axes(energy, best)[ends]
+    return active
 
 
 def _explain(
