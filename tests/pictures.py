@@ -7,10 +7,18 @@ import math
 import numpy as np
 
 import vfwidget as vf
+from vfwidget.matching import Match
 from vfwidget.raster import frame
 
+SIZE = (64, 64)
+CLEAN = 0.01
+"""Every axis that can be told is found within this in a clean picture; it is normalized."""
 SEEN = 0.02
 """A standard deviation, in normalized coordinates, below which an axis is to be found."""
+
+
+def match(image: np.ndarray, string: str, font, **options) -> Match:
+    return vf.match(image, string, font, progress=False, **options)
 
 
 def random_place(text: vf.Text, rng: np.random.Generator) -> vf.Text:

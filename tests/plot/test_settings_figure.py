@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import fonts
-import matplotlib as mpl
-
-mpl.use("Agg")
-
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest

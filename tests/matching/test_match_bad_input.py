@@ -1,0 +1,87 @@
+"""What cannot be matched is refused with a clear error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pictures import match
+
+import vfwidget as vf
+from vfwidget.matching.scene import Scene
+from vfwidget.raster.coverage import fill
+
+SHEAR = [[0.03, 0.01, 10], [0, -0.03, 50]]
+OPTIONS = {
+    "a fit of nothing known": ({"fit": ["x", "skew"]}, "'skew' cannot be fitted: choose from x, y"),
+    "a fit as one word": ({"fit": "blur"}, "fit is a sequence of names"),
+    "optimizer": ({"optimizer": "newton"}, "no optimizer 'newton': choose one of gauss-newton"),
+    "loss": ({"loss": "l3"}, "There is no loss 'l3': choose one of linear"),
+    "ink": ({"ink": "red"}, "ink is one of auto, dark, light, not 'red'"),
+    "background": ({"background": "odd"}, "background is one of even, uneven, not 'odd'"),
+    "a sheared placement": ({"placement": SHEAR}, "A placement scales, rotates and shifts"),
+    "a placement with y up": ({"placement": np.eye(2, 3)}, "turns y down"),
+    "a placement of no size": ({"placement": np.zeros((2, 3))}, "A placement scales"),
+    "a square placement": ({"placement": np.eye(3)}, r"finite \(2, 3\) matrix, not \(3, 3\)"),
+    "a placement of NaN": ({"placement": np.full((2, 3), np.nan)}, "A placement is a finite"),
+    "a second font": ({"fonts": ["dynapuff"]}, r"Give a font, or several as fonts=\[…\]"),
+}
+
+
+@pytest.mark.parametrize("options, message", OPTIONS.values(), ids=OPTIONS)
+def test_options_that_are_none(options, message, image):
+    with pytest.raises(vf.ImageError, match=message):
+        match(image, "S", "dynapuff", **options)
+
+
+def test_a_font_has_to_be_given(image):
+    with pytest.raises(vf.ImageError, match=r"Give a font, or several as fonts=\[…\]"):
+        vf.match(image, "S", progress=False)
+
+
+@pytest.mark.parametrize("string", [" ", "  ", "\u00a0"], ids=ascii)
+def test_a_text_without_ink(string, image):
+    with pytest.raises(vf.ImageError, match="no ink to match"):
+        match(image, string, "recursive")
+
+
+@pytest.mark.parametrize(
+    "string, font, options, error, message",
+    [
+        ("あ", "dynapuff", {}, vf.GlyphError, "no glyph"),
+        ("", "dynapuff", {}, vf.TextError, "is empty"),
+        ("S", "no-such-font", {}, vf.FontError, "no-such-font"),
+        ("S", b"no font", {}, vf.FontError, "Not a font file"),
+        ("S", "dynapuff", {"axes": {"opsz": 9}}, vf.AxisError, "Unknown axis 'opsz'"),
+    ],
+)
+def test_texts_and_fonts_fail_as_everywhere(string, font, options, error, message, image):
+    with pytest.raises(error, match=message):
+        match(image, string, font, **options)
+
+
+def test_a_text_brings_its_font_and_how_axes_are_shared():
+    text = vf.Text("dynapuff", "n", shared=False).at(axes=[{"wght": 600}])
+    found = vf.match(1 - vf.rasterize(text, (48, 48)).numpy(), text, progress=False)
+    assert not found.text.shared
+    assert found.axes[0]["wght"] == pytest.approx(600, abs=1)
+
+
+def test_candidates_of_a_long_text_are_drawn_a_few_at_a_time(monkeypatch):
+    text = vf.Text("dynapuff", "long text", axes={"wght": 600})
+    drawn = []
+
+    def watched(points, *others):
+        drawn.append(points.shape[:2])
+        return fill(points, *others)
+
+    monkeypatch.setattr("vfwidget.matching.scene.fill", watched)
+    here = Scene(text, (12, 48))
+    thetas = np.linspace(0, 1, 7)[:, None, None] * text.coordinates
+    places = np.tile(np.array([24.0, 6.0, np.log(0.01), 0.0]), (7, 1))
+    together = here.coverage(thetas, places)
+    curves = drawn[0][1]
+    monkeypatch.setattr("vfwidget.matching.scene.BATCH", 3 * curves)
+    np.testing.assert_allclose(here.coverage(thetas, places), together, atol=1e-12)
+    monkeypatch.setattr("vfwidget.matching.scene.BATCH", curves // 2)
+    np.testing.assert_allclose(here.coverage(thetas, places), together, atol=1e-12)
+    assert [count for count, _ in drawn] == [7, 3, 2, 2, 1, 1, 1, 1, 1, 1, 1]
