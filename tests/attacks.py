@@ -28,8 +28,8 @@ from unittest import mock
 
 import numpy as np
 import torch
-from comm.base_comm import BaseComm
 from fontTools.ttLib import TTFont
+from front_end import FrontEnd
 from PIL import Image
 
 import vfwidget as vf
@@ -262,18 +262,6 @@ def odd_arrays(count: int) -> Outcome:
     return Outcome("arrays and tensors").try_all(inputs(), read_image)
 
 
-class FrontEnd(BaseComm):
-    """A front end that counts the answers of the kernel."""
-
-    def __init__(self, **keywords: Any) -> None:
-        self.answers = 0
-        super().__init__(**keywords)
-
-    def publish_msg(self, msg_type: str, data: Any = None, **_: Any) -> None:
-        if msg_type == "comm_msg" and data and data.get("method") == "custom":
-            self.answers += 1
-
-
 def messages(count: int, threads: int = 1) -> Outcome:
     """Malformed messages of every kind to an editor; each has to be answered exactly once."""
     with mock.patch("comm.create_comm", FrontEnd):
@@ -286,8 +274,7 @@ def messages(count: int, threads: int = 1) -> Outcome:
         rng = random.Random(seed)
 
         def act(content: Any) -> None:
-            data = {"method": "custom", "content": content}
-            editor.comm.handle_msg({"content": {"data": data}, "buffers": []})
+            editor.comm.custom(content)
 
         def inputs() -> Iterator[Any]:
             for i in range(count // threads):
@@ -310,9 +297,9 @@ def messages(count: int, threads: int = 1) -> Outcome:
         whole.gibibytes = max(whole.gibibytes, part.gibibytes)
         # Threads share the processor time of the process.
         whole.seconds = max(whole.seconds, part.seconds / threads)
-    whole.refused = editor.comm.answers
-    if editor.comm.answers != whole.tried:
-        whole.failures.append(f"{editor.comm.answers} answers to {whole.tried} messages")
+    whole.refused = len(editor.comm.replies)
+    if whole.refused != whole.tried:
+        whole.failures.append(f"{whole.refused} answers to {whole.tried} messages")
     if not torch.isfinite(editor.text.theta).all() or editor.text.theta.shape != before.shape:
         whole.failures.append("the text is not valid any more")
     return whole
