@@ -123,6 +123,12 @@ def padded_table(rows: Sequence[Array]) -> Array:
     return table
 
 
+def rotation_matrices(angles: Any) -> Array:
+    """The matrices (..., 2, 2) of counter-clockwise rotations by angles (...) in radians."""
+    cos, sin = np.cos(angles), np.sin(angles)
+    return np.stack([cos, -sin, sin, cos], -1).reshape(*np.shape(angles), 2, 2)
+
+
 def integers(value: Any) -> Any:
     """Whole numbers as indices."""
     return value.astype(np.intp) if type(value) is np.ndarray else value.long()

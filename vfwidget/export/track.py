@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, rotation_matrices
 from ..outline.paint import Fill, Shape, joined
 
 
@@ -78,8 +78,7 @@ class Track:
         contours = split(self.drawn[index], self.sizes)
         if self.fills is None:
             return Shape(contours)
-        cos, sin = np.cos(self.rotations[index]), np.sin(self.rotations[index])
-        rotation = np.array([[cos, -sin], [sin, cos]])
+        rotation = rotation_matrices(self.rotations[index])
         return Shape(contours, self.fills[index].placed(self.origins[index], rotation))
 
     def local(self, index: int) -> list[Array]:
@@ -91,8 +90,7 @@ def turned(points: Array, angles: Array) -> Array:
     """Points (F, k, 2), each frame rotated about 0 by its angle."""
     if not angles.any():
         return points
-    cos, sin = np.cos(angles), np.sin(angles)
-    return points @ np.stack([cos, sin, -sin, cos], -1).reshape(-1, 2, 2)
+    return points @ rotation_matrices(angles).swapaxes(-1, -2)
 
 
 def split(points: Array, sizes: tuple[int, ...]) -> list[Array]:

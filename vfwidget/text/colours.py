@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import to_array
+from ..arrays import rotation_matrices, to_array
 from ..errors import TextError
 from ..font import Font
 from ..outline.paint import Palette, Shape, joined
@@ -28,10 +28,9 @@ def shapes(text: Any) -> list[Shape]:
     """
     found = []
     letters = text.word.letters(text.coordinates)
-    for (glyph, w), placed, angle in zip(letters, text.layout, text.rotations, strict=True):
+    rotations = rotation_matrices(text.rotations)
+    for (glyph, w), placed, rotation in zip(letters, text.layout, rotations, strict=True):
         origin = np.array([placed.x, placed.y])
-        cos, sin = np.cos(angle), np.sin(angle)
-        rotation = np.array([[cos, -sin], [sin, cos]])
         if not glyph.layers:
             outline = glyph.outline.value(w) @ rotation.T + origin
             found.append(Shape(glyph.contours.split(outline)))

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, IntArray, like, namespace
+from ..arrays import Array, IntArray, like, namespace, rotation_matrices
 from .place import AXES, OFFSETS, TRACKING
 
 Values = Mapping[str, Any]
@@ -270,6 +270,4 @@ class RotatedPoints(PointSet):
 
     def _rotated(self, vectors: Any) -> Any:
         """Vectors (..., p, 2, q), rotated with the letters of the points."""
-        cos, sin = np.cos(self.angles), np.sin(self.angles)
-        matrices = np.stack([cos, -sin, sin, cos], -1).reshape(-1, 2, 2)
-        return like(matrices[self.letter], vectors) @ vectors
+        return like(rotation_matrices(self.angles)[self.letter], vectors) @ vectors
