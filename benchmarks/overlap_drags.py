@@ -48,13 +48,13 @@ class Drag(NamedTuple):
         """The result of every event, and the milliseconds of processor time it took."""
         text, press = self.text, self.text.position(self.handle).numpy()
         calm = vf.StayClose((CALM * text.font.units_per_em) ** 2, text.theta)
-        keep = vf.NoOverlap(read_obstacles(self.obstacles))
+        keep, held = vf.NoOverlap(read_obstacles(self.obstacles)), None
         for delta in self.way:
             terms = [vf.Target(self.handle, press + delta), calm]
             begun = process_time()
-            found = follow(text, terms, keep, max_iterations=ITERATIONS)
+            found = follow(text, terms, keep, max_iterations=ITERATIONS, held=held)
             yield found, 1e3 * (process_time() - begun)
-            text = found.solution.text
+            text, held = found.solution.text, found.held
 
 
 def run(quick: bool) -> Iterator[Row]:

@@ -77,9 +77,10 @@ def drag(text, handle, way, obstacles=(), between=True):
     """The states of a drag in steps, and the contacts of the last one."""
     start, press, states = text.position(handle).numpy(), text.theta, [text]
     calm = vf.StayClose((0.001 * text.font.units_per_em) ** 2, press)
-    keep = vf.NoOverlap(obstacles, between) if obstacles or between else None
+    keep, held = vf.NoOverlap(read_obstacles(obstacles), between), None
     for delta in way:
-        found = follow(states[-1], [vf.Target(handle, start + delta), calm], keep)
+        found = follow(states[-1], [vf.Target(handle, start + delta), calm], keep, held=held)
+        held = found.held
         states.append(found.solution.text)
     return states, found
 

@@ -12,11 +12,12 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, BoolArray
-from ..energy import Solution, StayClose, Term
+from ..arrays import Array
+from ..energy import Solution, Term
 from ..energy.descent import Descent, descend
 from ..energy.energy import Energy
 from ..energy.solve import solution_of
@@ -25,9 +26,10 @@ from ..outline.monotone import evaluate
 from ..solver.problem import Tolerances
 from ..text import Text
 from .collisions import Collisions
+from .inequalities import Model, Walls
 from .no_overlap import NoOverlap
 from .overlaps import TOUCH
-from .walls import Room, Walls
+from .walls import Look, Room
 
 ROUNDS = 3
 """Most times that the inequalities are found again."""
@@ -48,6 +50,24 @@ TOLERANCES = Tolerances(step=1e-5, absolute_cost=1e-2, cost_floor=1e-4)
 """In normalized coordinates, and in square font units."""
 
 
+class Held(NamedTuple):
+    """What a text presses against. It is kept, so that the next event need not find it again.
+
+    Attributes
+    ----------
+    look : Look
+        Just beyond the contact.
+    walls : Walls
+        The inequalities there.
+    valid : tuple
+        What must be the same at the next event: the composition, the obstacles and the ties.
+    """
+
+    look: Look
+    walls: Walls
+    valid: tuple[Any, ...]
+
+
 @dataclass(frozen=True)
 class Followed:
     """The result of :func:`follow`.
@@ -58,10 +78,13 @@ class Followed:
         Of the terms, at the state that was accepted.
     contacts : (c, 2) array
         Where the text presses against something, in font units. By default nowhere.
+    held : Held, optional
+        What it presses against, for the next call.
     """
 
     solution: Solution
     contacts: Array = field(default_factory=lambda: NOWHERE)
+    held: Held | None = field(default=None, repr=False)
 
 
 def follow(
@@ -73,6 +96,7 @@ def follow(
     ties: Ties = (),
     max_iterations: int = 30,
     substeps: int = 1,
+    held: Held | None = None,
 ) -> Followed:
     """Move a text towards the minimum of its terms, as far as the way is free.
 
@@ -92,6 +116,8 @@ def follow(
         Most steps of the solver while nothing is met. Default 30.
     substeps : int
         Most steps along what is met. Default 1, because the next event of the pointer goes on.
+    held : Held, optional
+        That of the last result, which makes this call quicker while the text stays in contact.
 
     Returns
     -------
@@ -102,18 +128,19 @@ def follow(
     wish = energy_of(text, terms, locks=locks, ties=ties)
     direct = descend(wish, wish.unknowns.start, TOLERANCES, max_iterations)
     x, goal = wish.unknowns.start, direct.state.x
-    way = _Way(text, terms, wish, keep, locks, ties)
+    way = _Way(text, wish, keep, ties)
     contacts, cost = [NOWHERE], way.cost(x)
     for _ in range(substeps):
-        following, touched = way.slide(x, goal)
-        contacts.append(touched)
-        if following is goal:
+        following, held = way.slide(x, goal, held)
+        if held is None:
             return Followed(solution_of(wish, direct), np.concatenate(contacts))
+        contacts.append(middles(held.look.found))
         less = way.cost(following)
         if less > (1 - LESS) * cost:
             break
         x, cost = following, less
-    return Followed(solution_of(wish, way.ended(x, direct)), np.concatenate(contacts))
+    solution = solution_of(wish, way.ended(x, direct))
+    return Followed(solution, np.concatenate(contacts), held)
 
 
 class _Way:
@@ -122,74 +149,85 @@ class _Way:
     def __init__(
         self,
         text: Text,
-        terms: Sequence[Term],
         wish: Energy,
         keep: NoOverlap,
-        locks: Collection[str],
         ties: Ties,
     ) -> None:
-        self.text, self.terms, self.wish, self.keep = text, terms, wish, keep
-        self.locks, self.ties = locks, ties
+        self.text, self.wish = text, wish
         self.room = Room(wish, keep.bind(text))
+        self.valid = (text.composition, self.room.keep.shapes, ties)
 
     @cached_property
     def limit(self) -> float:
         """The largest common area of an accepted state."""
         return max(float(self.room.areas(self.wish.unknowns.start)[0]), TOUCH)
 
-    def allowed(self, *states: Array) -> BoolArray:
-        """Whether the common area of states is within the limit."""
-        areas = self.room.areas(*states)
-        # Where the first state is free, the limit need not be known.
-        return np.asarray(areas <= (TOUCH if areas[0] <= TOUCH else self.limit))
+    def allowed(self, x: Array) -> bool:
+        """Whether the common area of a state is within the limit."""
+        area = float(self.room.areas(x)[0])
+        # Where the state is free, the limit need not be known.
+        return area <= TOUCH or area <= self.limit
 
-    def place(self, x: Array) -> dict[str, Array]:
-        """All blocks of the text at a state."""
-        return self.wish.unknowns.place(x)
-
-    def slide(self, x: Array, goal: Array) -> tuple[Array, Array]:
+    def slide(self, x: Array, goal: Array, held: Held | None) -> tuple[Array, Held | None]:
         """Move from x to a goal, or up to what is in the way and one substep along it.
 
-        The second value are the contacts (c, 2).
+        The second value is what the text presses against; None if it reaches the goal.
         """
-        room, contact = self.room, self.room.contact(x, goal)
-        if contact.free == 1 and self.allowed(goal)[0]:
-            return goal, NOWHERE
-        beyond = x + contact.beyond * (goal - x)
-        if contact.free * self.longest(x, goal) > SUBSTEP:
-            x = self.accepted(x, goal, contact.free)
-        room = room.under(self.energy_near(x))
-        walls, contacts = list[Walls](), []
-        for _ in range(ROUNDS):
-            look = room.look(beyond)
-            contacts.append(middles(look.found))
-            goal, found = room.step(look, walls)
-            walls.append(found)
-            goal = self.nearby(x, goal)
-            contact = room.contact(x, goal)
-            if contact.free >= ENOUGH:
-                break
+        walls = list[Walls]()
+        if held is not None and self.holds(held, x, goal):
+            room, look = self.calmed(x), held.look
+            model = room.model(look, x=x)
+        else:
+            contact = self.room.contact(x, goal)
+            if contact.free == 1 and self.allowed(goal):
+                return goal, None
             beyond = x + contact.beyond * (goal - x)
-        return self.accepted(x, goal, contact.free), np.concatenate(contacts)
+            if contact.free * self.longest(x, goal) > SUBSTEP:
+                x = self.accepted(x, goal, contact.free)
+            room = self.calmed(x)
+            look = room.look(beyond)
+            model = room.model(look)
+        for _ in range(ROUNDS):
+            walls.append(model.own)
+            end, part, beyond = self.along(x, model)
+            if part >= ENOUGH:
+                break
+            look = room.look(beyond)
+            model = room.model(look, walls)
+        return self.accepted(x, end, part), Held(look, model.own, self.valid)
 
-    def energy_near(self, x: Array) -> Energy:
-        """The terms, and a calm that keeps axes where they are unless a goal comes closer."""
-        here = self.text.moved_to(self.place(x))
-        calm = StayClose((CALM * self.text.font.units_per_em) ** 2, here.theta)
-        return energy_of(self.text, [*self.terms, calm], locks=self.locks, ties=self.ties)
+    def along(self, x: Array, model: Model) -> tuple[Array, float, Array]:
+        """Where a substep leads, which part of it is free, and a state beyond that part."""
+        end = model.minimum()
+        longest = self.longest(x, end)
+        if longest < STILL:
+            return end, 1.0, end
+        if longest > SUBSTEP:
+            end = x + SUBSTEP / longest * (end - x)
+        contact = self.room.contact(x, end)
+        return end, contact.free, x + contact.beyond * (end - x)
+
+    def holds(self, held: Held, x: Array, goal: Array) -> bool:
+        """Whether the text still presses against the same, close to where it did."""
+        return (
+            held.valid == self.valid
+            and bool(held.walls.beyond(goal).any())
+            and self.longest(held.look.x, x) < SUBSTEP / 2
+        )
+
+    def calmed(self, x: Array) -> Room:
+        """The room with a calm that keeps axes where they are unless a goal comes closer."""
+        return self.room.calmed(x, (CALM * self.text.font.units_per_em) ** 2)
 
     def accepted(self, x: Array, goal: Array, part: float) -> Array:
         """A state on the free part of the way whose common area is within the limit, or x."""
         if part * self.longest(x, goal) < STILL:
             return x
-        states = [x + part * share * (goal - x) for share in SHARES]
-        within = np.flatnonzero(self.allowed(*states))
-        return states[within[0]] if len(within) else x
-
-    def nearby(self, x: Array, goal: Array) -> Array:
-        """The goal, or a state on the way to it if points would move farther than a substep."""
-        longest = self.longest(x, goal)
-        return goal if longest <= SUBSTEP else x + SUBSTEP / longest * (goal - x)
+        for share in SHARES:
+            state = x + part * share * (goal - x)
+            if self.allowed(state):
+                return state
+        return x
 
     def longest(self, x: Array, goal: Array) -> float:
         """The longest way of a control point between two states, in font units."""

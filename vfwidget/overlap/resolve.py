@@ -20,9 +20,10 @@ from ..errors import SolveError
 from ..solver.problem import Tolerances, is_count, is_number
 from ..solver.status import CONVERGED, Outcome
 from ..text import Text
+from .inequalities import Model, Walls
 from .no_overlap import NoOverlap
 from .overlaps import TOUCH
-from .walls import Look, Room, Walls
+from .walls import Look, Room
 
 SEARCHED = Outcome(CONVERGED, "the search for the nearest free state has ended")
 FREE_AREA = 1e-3
@@ -33,6 +34,8 @@ TRIES, TIGHTENED = 8, 5
 found a free state."""
 ENOUGH = 0.99
 """A search ends when a free state keeps more than this part of the distance of the last one."""
+CLOSE = 0.2
+"""Font units: a model is exact if it was made where overlaps are less deep."""
 SLACK = 0.01
 """If nothing is free: states whose area is larger than the least by this part are as good."""
 NEAREST, PUSHED = 1.0, 1e-6
@@ -189,24 +192,37 @@ class _Search:
 
     def near(self, x: Array) -> Array | None:
         """The nearest free state that is found from x, along inequalities; or None."""
-        best, walls, left, least = None, list[Walls](), TRIES, math.inf
+        best, model, walls, left, least = None, None, list[Walls](), TRIES, math.inf
         while left > 0:
             look = self.room.look(x)
             if look.excess > least / 2:
                 left -= 1
             least = min(least, look.excess)
             if look.excess <= TOUCH:
-                if best is not None and self.distance(x) > ENOUGH * self.distance(best):
-                    return self.nearer(best, x)
+                left, best = min(left, TIGHTENED), self.nearer(best, x)
+                if model is not None and self.ends_at(best, model):
+                    return best
                 best, look = self.back(x, TOUCH)
-                walls, left = [], min(left, TIGHTENED)
-            x, found = self.room.step(look, walls)
-            walls.append(found)
+                walls = []
+            model = self.room.model(look, walls)
+            walls.append(model.own)
+            x = model.minimum()
             self.steps += 1
+            if self.no_nearer(x, best):
+                return best
             if abs(x - look.x).max() <= STILL:
                 break
         self.ends.append(look)
         return best
+
+    def ends_at(self, best: Array | None, model: Model) -> bool:
+        """Whether no state much nearer than the best one is free, by a model from close by."""
+        close = model.own.margins.max(initial=0.0) < CLOSE
+        return close and self.no_nearer(model.bound(), best)
+
+    def no_nearer(self, x: Array, best: Array | None) -> bool:
+        """Whether x is about as far from the user's state as the best one, or farther."""
+        return best is not None and self.distance(x) > ENOUGH * self.distance(best)
 
     def pushed(self, x: Array) -> Array:
         """Where a descent of the common area from x ends."""

@@ -10,7 +10,7 @@ from ..energy.term import Term
 from ..energy.tied import Ties
 from ..energy.word_terms import StayClose
 from ..errors import SolveError
-from ..overlap.follow import Followed, follow
+from ..overlap.follow import Followed, Held, follow
 from ..overlap.no_overlap import NoOverlap
 from ..text import Handle, Text
 from .constraints import terms
@@ -34,6 +34,7 @@ def solve_drag(
     released: bool = False,
     keep: NoOverlap | None = None,
     ties: Ties = (),
+    held: Held | None = None,
 ) -> Followed:
     """Solve for the place to which the outline is dragged.
 
@@ -54,6 +55,8 @@ def solve_drag(
         What must not overlap. The text then moves only as far as its way is free.
     ties : sequence of sequences of int
         Letters that share one axis vector, as for :func:`solve`.
+    held : Held, optional
+        What the text pressed against at the last event, as for :func:`.follow`.
 
     Returns
     -------
@@ -74,6 +77,7 @@ def solve_drag(
             ties=ties,
             max_iterations=iterations,
             substeps=RELEASE_SUBSTEPS if released else 1,
+            held=held,
         )
     solution = solve(
         state.text,
@@ -99,6 +103,7 @@ class Drags:
     def __init__(self, text: Text) -> None:
         self._gesture: Any = None
         self._press = text
+        self._held: Held | None = None
 
     def solve(
         self, message: dict[str, Any], state: State, keep: NoOverlap | None = None
@@ -140,7 +145,16 @@ class Drags:
             ) from error
         self._gesture, self._press = gesture, press
         released = phase == "up"
-        followed = solve_drag(state, self._press, target, released=released, keep=keep, ties=ties)
+        followed = solve_drag(
+            state,
+            self._press,
+            target,
+            released=released,
+            keep=keep,
+            ties=ties,
+            held=self._held if goes_on else None,
+        )
+        self._held = followed.held
         return followed, handle
 
 

@@ -1,0 +1,145 @@
+r"""An energy under linear inequalities that keep shapes apart.
+
+At a state where two shapes overlap, the common area A is linearised: a step d resolves the overlap
+if :math:`A + ∇A^T d \le 0`. Divided by the length L of the boundary inside the other shape this is
+an inequality for a depth, A / L, in font units. The energy is linearised as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, BoolArray, IntArray
+from ..solver.quadratic import LowRankQuadratic, minimise_over_box
+
+WALL = 1e4
+"""Weight of the inequalities against terms of weight 1, such as a target."""
+LATEST = 3
+"""Looks at a pair whose inequalities hold together. Older ones were taken too far away."""
+STEPS = 40
+"""Most steps towards the minimum under one set of inequalities; they evaluate no outlines."""
+STILL = 1e-7
+"""A step that is shorter, in normalized coordinates, is the last one."""
+LEAST_WEIGHT = 1e-6
+"""Of the length of such a step, so that the step is unique."""
+
+
+class Walls(NamedTuple):
+    """Inequalities slopes · x + offsets ≤ 0, each of a pair of shapes.
+
+    Attributes
+    ----------
+    pair : (c,) int array
+        A number for each pair of shapes.
+    slopes : (c, N) array
+        Font units per unit of x.
+    offsets : (c,) array
+        Font units.
+    margins : (c,) array
+        Font units that are added to the offsets, so that shapes are apart although they are curved.
+    """
+
+    pair: IntArray
+    slopes: Array
+    offsets: Array
+    margins: Array
+
+    def some(self, which: BoolArray) -> Walls:
+        """Some of the inequalities."""
+        pair, slopes, offsets, margins = self
+        return Walls(pair[which], slopes[which], offsets[which], margins[which])
+
+    def beyond(self, x: Array) -> Array:
+        """By how much each is broken at x, (c,); 0 if it is met."""
+        return np.maximum(self.slopes @ x + self.offsets + self.margins, 0.0)
+
+
+def latest(looks: Sequence[Walls]) -> Walls:
+    """The inequalities of each pair from the last few looks at which it overlapped."""
+    kept, seen = list[Walls](), dict[int, int]()
+    for walls in reversed(looks):
+        fresh = {pair for pair in walls.pair.tolist() if seen.get(pair, 0) < LATEST}
+        for pair in fresh:
+            seen[pair] = seen.get(pair, 0) + 1
+        kept.append(walls.some(np.isin(walls.pair, list(fresh))))
+    return Walls(*(np.concatenate(values) for values in zip(*kept, strict=True)))
+
+
+class Model(NamedTuple):
+    """The squares of linear residuals and of distances, within bounds and under inequalities.
+
+    Attributes
+    ----------
+    x : (N,) array
+        Where the search for the minimum starts.
+    lower, upper : (N,) arrays
+        The sides of the cell between two kinks of each unknown.
+    least, most : (N,) arrays
+        The bounds of the unknowns.
+    constant, jacobian : (r,) and (r, N) arrays
+        The residuals at 0 and their derivative.
+    weights, reference : (N,) arrays
+        Of the distances.
+    walls : Walls
+        Those of the last few looks.
+    own : Walls
+        Those of the last look.
+    """
+
+    x: Array
+    lower: Array
+    upper: Array
+    least: Array
+    most: Array
+    constant: Array
+    jacobian: Array
+    weights: Array
+    reference: Array
+    walls: Walls
+    own: Walls
+
+    def bound(self) -> Array:
+        """The minimum (N,) under the inequalities of the last look, without margins and cell."""
+        walls = self.own._replace(margins=0 * self.own.margins)
+        return self._replace(lower=self.least, upper=self.most, walls=walls).minimum()
+
+    def minimum(self) -> Array:
+        """The minimum (N,).
+
+        It is found by Newton's method, on a convex function that is quadratic as long as no
+        inequality changes from met to broken.
+        """
+        root = np.sqrt(WALL)
+        slopes = root * self.walls.slopes
+        offsets = root * (self.walls.offsets + self.walls.margins)
+        held = np.maximum(self.weights, LEAST_WEIGHT)
+
+        def cost(x: Array) -> float:
+            rows = self.constant + self.jacobian @ x
+            beyond = np.maximum(slopes @ x + offsets, 0.0)
+            away = self.weights @ (x - self.reference) ** 2
+            return float(rows @ rows + beyond @ beyond + away)
+
+        x, before = self.x, cost(self.x)
+        for _ in range(STEPS):
+            beyond = slopes @ x + offsets
+            broken = beyond > 0
+            quadratic = LowRankQuadratic(
+                np.concatenate([self.jacobian, slopes[broken]]),
+                np.concatenate([self.constant + self.jacobian @ x, beyond[broken]]),
+                held,
+                self.weights * (x - self.reference),
+                graded=True,
+            )
+            step, _ = minimise_over_box(quadratic, self.lower - x, self.upper - x)
+            while (after := cost(x + step)) > before and abs(step).max() > STILL:
+                step = step / 2
+            if not after < before:
+                break
+            x, before = x + step, after
+            if abs(step).max() <= STILL:
+                break
+        return np.clip(x, self.lower, self.upper)
