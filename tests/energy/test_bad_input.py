@@ -304,6 +304,36 @@ def test_a_solve_whose_steps_would_take_too_long_is_refused(
             vf.solve(text, terms)
 
 
+@pytest.mark.parametrize("method", ["residual", "derivative"])
+@pytest.mark.parametrize(
+    ("wrong", "cause"),
+    [
+        (lambda self, points: points[:, 0], "positional argument"),
+        (lambda self, points, theta: points[:, 0] + None, "unsupported operand"),
+    ],
+)
+def test_a_type_error_of_a_term_names_it_and_its_arguments(
+    text: vf.Text, handle: vf.Handle, method: str, wrong: Any, cause: str
+) -> None:
+    term = make(handle, x_at(0), BY_X)
+    setattr(type(term), method, wrong)
+    says = rf"{method}\(\) of Mine .*{cause}.* two arrays: points of the shape \(1, 2\) and theta"
+    with pytest.raises(vf.SolveError, match=says) as caught:
+        vf.solve(text, term)
+    assert isinstance(caught.value.__cause__, TypeError)
+
+
+def test_a_type_error_of_a_function_says_what_it_receives(text: vf.Text) -> None:
+    with pytest.raises(
+        vf.SolveError, match=r"function of a Residual .*one tensor: points"
+    ) as caught:
+        vf.solve(text, vf.Residual(lambda points, theta: points[:, 0]))  # type: ignore[arg-type]
+    assert isinstance(caught.value.__cause__, TypeError)
+    automatic = make((), lambda points: points + None)
+    with pytest.raises(vf.SolveError, match=r"of Mine has raised a TypeError .*two tensors"):
+        vf.solve(text, automatic)
+
+
 def test_the_check_of_a_derivative_that_is_not_finite_is_an_error(
     text: vf.Text, handle: vf.Handle
 ) -> None:

@@ -88,3 +88,23 @@ def test_tied_letters_avoid_an_obstacle_together():
     assert torch.equal(theta[0], theta[1])
     assert followed.solution.text.points()[:, 0].max() == pytest.approx(right + 40, abs=0.5)
     assert len(followed.contacts) > 0
+
+
+def test_the_limit_counts_the_unknowns_of_tied_letters_once(text, monkeypatch):
+    terms = [target(text, letter, 2, 2) for letter in range(4)]
+    # Eight residuals of five axes; without ties they would be twenty.
+    monkeypatch.setattr(vf.limits, "step_products", 8 * 5 * 5)
+    vf.solve(text, terms, ties=[range(4)], restarts=0)
+    with pytest.raises(vf.SolveError, match=r"too large.*20 unknowns"):
+        vf.solve(text, terms, restarts=0)
+    monkeypatch.setattr(vf.limits, "step_products", 4 * 5 * 4 - 1)
+    with pytest.raises(vf.SolveError, match=r"too large.*4 residuals and 5 unknowns"):
+        vf.solve(text, terms, ties=[range(4)], restarts=0)
+
+
+@pytest.mark.parametrize("free", [("axes",), ("offsets",), ("axes", "offsets")])
+def test_half_of_the_letters_are_tied(text, free):
+    terms = [target(text, letter, 3, 3) for letter in range(4)] + [vf.StayClose()]
+    solution = vf.solve(text, terms, ties=[(0, 1)], free=free, restarts=0)
+    assert torch.equal(solution.theta[0], solution.theta[1])
+    assert solution.cost <= vf.solve(text, terms, max_iterations=0, restarts=0).cost

@@ -34,6 +34,8 @@ class Energy:
         Blocks of the text's unknowns that may move. Blocks that terms add are always free.
     locks : collection of str
         Tags of axes that keep their values.
+    followers : int
+        Letters whose axes are those of another letter, and so are no unknowns (:mod:`.tied`).
 
     Attributes
     ----------
@@ -64,16 +66,18 @@ class Energy:
         terms: Sequence[Term],
         free: Collection[str] = (AXES,),
         locks: Collection[str] = (),
+        followers: int = 0,
     ) -> None:
         if not terms or not all(isinstance(term, Term) for term in terms):
             raise SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
         self.text = text
-        self._options = free, locks
+        self._options = free, locks, followers
         self.terms = [bound(term, text) for term in terms]
         blocks, added = _all_blocks(text, self.terms)
         self.unknowns = Unknowns(blocks, free, added)
         # Most terms have at least one residual, and each takes memory from here on.
-        check_size(len(terms), len(self.unknowns.lower))
+        tied = followers * len(text.font.axes) if AXES in self.unknowns.slices else 0
+        check_size(len(terms), len(self.unknowns.lower) - tied)
         self.lower, self.upper = self.unknowns.lower, self.unknowns.upper
         if locks:
             self._lock(locks)

@@ -83,7 +83,8 @@ class PointRows:
         Raises
         ------
         SolveError
-            It is not a vector of numbers, or the term reads a point that it does not have.
+            It is not a vector of numbers, the term reads a point that it does not have, or it
+            raises a TypeError.
         """
         try:
             if self.automatic:
@@ -91,6 +92,8 @@ class PointRows:
             value = self.term.residual(positions, theta)
         except IndexError as error:
             raise too_few_points("residual", self.term, len(positions), error) from error
+        except TypeError as error:
+            raise self._type_error("residual", positions, theta, error) from error
         if not isinstance(value, np.ndarray) or value.ndim != 1 or value.dtype != np.float64:
             raise SolveError(
                 f"The residual of {self.term.kind} must return a float64 array (r,); "
@@ -126,13 +129,15 @@ class PointRows:
         Raises
         ------
         SolveError
-            It is no Derivative, has the wrong shape, or the term reads a point that it does not
-            have.
+            It is no Derivative, has the wrong shape, the term reads a point that it does not
+            have, or it raises a TypeError.
         """
         try:
             by = self.term.derivative(positions, theta)
         except IndexError as error:
             raise too_few_points("derivative", self.term, len(positions), error) from error
+        except TypeError as error:
+            raise self._type_error("derivative", positions, theta, error) from error
         if not isinstance(by, Derivative):
             raise SolveError(
                 f"derivative() of {self.term.kind} must return a vf.Derivative; "
@@ -148,6 +153,16 @@ class PointRows:
         if by_points is by.points and by_theta is by.theta:
             return by
         return Derivative(by_points, by_theta)
+
+    def _type_error(
+        self, method: str, positions: Array, theta: Array, error: TypeError
+    ) -> SolveError:
+        """The error for a method that has raised a TypeError, often from the call itself."""
+        what = "tensors" if self.automatic else "arrays"
+        return SolveError(
+            f"{method}() of {self.term.kind} has raised a TypeError ({error}). It receives two "
+            f"{what}: points of the shape {positions.shape} and theta of the shape {theta.shape}."
+        )
 
     def _side(self, what: str, values: Any, shape: tuple[int, ...]) -> Array | None:
         """One part of a derivative as an array of numbers, checked."""

@@ -36,15 +36,13 @@ def energy_of(
     SolveError
         As :class:`Energy`; or ``ties`` are no groups of letters, or a letter is in two of them.
     """
-    energy = Energy(text, terms, free, locks)
-    if isinstance(ties, tuple | list) and not ties:
-        return energy
-    leaders = _leaders(ties, len(text.glyphs))
-    if (
-        text.shared
-        or AXES not in energy.unknowns.slices
-        or (leaders == np.arange(len(leaders))).all()
-    ):
+    followers, leaders = 0, np.arange(len(text.glyphs))
+    if not isinstance(ties, tuple | list) or ties:
+        leaders = _leaders(ties, len(leaders))
+    if not text.shared:
+        followers = int(np.count_nonzero(leaders != np.arange(len(leaders))))
+    energy = Energy(text, terms, free, locks, followers)
+    if not followers or AXES not in energy.unknowns.slices:
         return energy
     return TiedEnergy(energy, leaders)
 

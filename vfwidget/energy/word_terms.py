@@ -243,7 +243,13 @@ class Residual(Term):
         return text.point_set(self.handles)
 
     def residual(self, points: torch.Tensor, theta: torch.Tensor) -> torch.Tensor:
-        return self.function(points)
+        try:
+            return self.function(points)
+        except TypeError as error:
+            raise SolveError(
+                f"The function of a Residual has raised a TypeError ({error}). It receives one "
+                f"tensor: points of the shape {tuple(points.shape)}."
+            ) from error
 
 
 def _is_finite(value: Any) -> bool:
