@@ -8,6 +8,7 @@ import scipy.optimize
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vfwidget.solver.model import Model
 from vfwidget.solver.quadratic import DenseQuadratic, LowRankQuadratic, minimise_over_box
 
 seeds = st.integers(0, 2**32 - 1)
@@ -118,3 +119,44 @@ def test_a_pivot_lost_in_rounding_errors_is_left_to_lapack() -> None:
     gradient = np.array([1.0, 0.0])
     found = DenseQuadratic(matrix, gradient).minimiser()
     assert np.array_equal(found, np.linalg.solve(matrix, -gradient))
+
+
+def model_with_a_light_row(norm: float, weight: float, far: float = 1.0) -> Model:
+    """The model of 14 heavy rows and one of this norm; no step is longer than ``far``."""
+    rng = np.random.default_rng(3)
+    jacobian = 1e3 * rng.normal(size=(15, 30))
+    jacobian[7] *= norm / np.linalg.norm(jacobian[7])
+    residual, w = 5 * rng.normal(size=15), np.full(30, weight)
+    return Model(
+        jacobian, residual, w, w * rng.normal(size=30), np.full(30, -far), np.full(30, far)
+    )
+
+
+@pytest.mark.parametrize(
+    ("norm", "weight", "far", "graded"),
+    [
+        (1.0, 0.0, 1.0, False),
+        (1e-5, 0.0, 1.0, True),
+        # The proximity decides in place of the light row.
+        (1e-5, 0.1, 1.0, False),
+        (1e-5, 1e-12, 1.0, True),
+        # No step changes the row, except by rounding errors.
+        (1e-15, 0.0, 1.0, False),
+        (1e-15, 0.0, np.inf, True),
+    ],
+)
+def test_only_light_rows_that_matter_make_a_model_graded(norm, weight, far, graded) -> None:
+    assert model_with_a_light_row(norm, weight, far).graded is graded
+
+
+@pytest.mark.parametrize(("norm", "weight"), [(1.0, 0.1), (1e-5, 0.1), (1e-15, 0.0)])
+def test_a_light_row_that_does_not_matter_leaves_the_minimiser(norm, weight) -> None:
+    model = model_with_a_light_row(norm, weight)
+    rows = [model.jacobian, np.diag(np.sqrt(model.weights + 1e-2))]
+    aim = [-model.residual, -model.pull / np.sqrt(model.weights + 1e-2)]
+    low, high = np.full(30, -2e-4), np.full(30, 1e-4)
+    d, bounded = minimise_over_box(model.damped(1e-2), low, high)
+    expected = scipy.optimize.lsq_linear(np.vstack(rows), np.concatenate(aim), (low, high), "bvls")
+    cost = ((np.vstack(rows) @ d - np.concatenate(aim)) ** 2).sum() / 2
+    assert bounded
+    assert cost == pytest.approx(expected.cost, rel=1e-9)

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from .quadratic import DenseQuadratic, LowRankQuadratic, Quadratic
+from .quadratic import ROUNDING, DenseQuadratic, LowRankQuadratic, Quadratic
 
 EPSILON = float(np.finfo(float).eps)
 HEAVY = 1e5
 """JᵀJ is avoided if rows differ in norm by more than this factor."""
+FARTHEST = 1e100
+"""A step that is longer is as good as one without bounds."""
 SMALL = 24
 """With at most this many variables, the matrix JᵀJ is the quickest form of the model."""
 LEAST_DAMPING, LEAST_GRADED_DAMPING = 1e-14, 1e-28
@@ -45,7 +47,9 @@ class Model:
         Whether J has neither NaN nor infinity.
     spread : float
         The ratio of the squared norms of a light row and the heaviest one, ≤ 1. The n heaviest
-        rows count; a lighter row has little influence, because others decide in its place.
+        rows count; a lighter row has little influence, because others decide in its place. A row
+        that is lighter than the proximity counts as much as the proximity. One that no step within
+        the range changes, apart from rounding errors, does not count.
     graded : bool
         Whether the spread is so small that JᵀJ would lose the light rows.
     """
@@ -67,6 +71,8 @@ class Model:
         else:
             sizes = np.einsum("ij,ij->i", jacobian, jacobian)
         self.spread = _spread(sizes, n)
+        if self.spread < HEAVY**-2:
+            self.spread = _spread(self._felt(sizes), n)
         self.graded = self.spread < HEAVY**-2
         self._matrix: Array | None = None
         if self.graded or (n > SMALL and 2 * m <= n):
@@ -82,6 +88,13 @@ class Model:
         self._rows = jacobian, self.residual
         if self.graded and m > n:
             self._rows = _compressed(jacobian, self.residual, sizes)
+
+    def _felt(self, sizes: Array) -> Array:
+        """The squared row norms as far as they matter to a step, (m,); see Model.spread."""
+        reach = np.minimum(np.maximum(-self.low, self.high), FARTHEST)
+        change = abs(self.jacobian).dot(reach)
+        felt = (sizes > 0) & (change > ROUNDING * abs(self.residual))
+        return np.where(felt, np.maximum(sizes, self.weights.min()), 0.0)
 
     @property
     def least_damping(self) -> float:

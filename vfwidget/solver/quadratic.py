@@ -138,7 +138,10 @@ class LowRankQuadratic(NamedTuple):
             parts = (rows.dot(u) - sizes * v.dot(root * rest)) / (1 + sizes**2)
             return -(inverse * rest + root * (sizes * parts).dot(v)), u.dot(parts)
         spread = self.jacobian * inverse
-        small = spread.dot(self.jacobian.T)
+        # BLAS forms half of the product of a matrix with its own transpose.
+        free = np.flatnonzero(inverse)
+        scaled = self.jacobian.take(free, 1) * np.sqrt(inverse.take(free))
+        small = scaled.dot(scaled.T)
         small.ravel()[:: len(small) + 1] += 1.0
         y = np.linalg.solve(small, rows - spread.dot(rest))
         return -(inverse * rest + y.dot(spread)), y
