@@ -91,6 +91,14 @@ def test_a_free_text_stays():
     np.testing.assert_array_equal(solution.theta, text.theta)
 
 
+def test_a_free_state_at_the_bounds_of_several_axes_is_found():
+    # Descents of the common area end in local minima.
+    text = vf.Text("roboto-flex", "HH", tracking=-500)
+    solution = vf.resolve_overlaps(text, restarts=1)
+    assert solution.free and vf.overlaps(solution.text) == []
+    assert float((solution.theta - text.theta).norm()) < 2.0
+
+
 def test_locks_are_respected():
     text = pushed_together()
     solution = vf.resolve_overlaps(text, locks=["slnt", "MONO"])

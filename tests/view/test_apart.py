@@ -118,3 +118,26 @@ def test_a_text_and_a_wall_over_the_whole_word_are_obstacles():
     assert "no axis values were found" in editor.error
     send(editor, "down", RIGHT)
     assert send(editor, "move", RIGHT + 20)["ok"]
+
+
+def test_letters_give_way_to_artwork_that_is_moved_into_them():
+    editor = vf.Editor(WORD, obstacles=[BAR], avoid_overlaps=True)
+    weight = editor.axes["wght"]
+    # Between drags, each move is one step of the history.
+    for closer in (70, 90):
+        moved = [(x - closer, y) for x, y in BAR]
+        steps = len(editor.history)
+        editor.obstacles = [moved]
+        assert vf.overlaps(editor.text, [moved]) == [] and editor.error == ""
+        assert float(editor.text.segments()[0][..., 0].max()) < moved[0][0] + 0.01
+        assert len(editor.history) == steps + 1
+    assert editor.axes["wght"] < weight
+    # In the middle of a drag, the next event sets out from where the letter has given way.
+    send(editor, "down", RIGHT)
+    for closer in (95, 100, 105):
+        moved = [(x - closer, y) for x, y in BAR]
+        editor.obstacles = [moved]
+        answer = send(editor, "move", RIGHT + 50)
+        assert answer["contacts"] and vf.overlaps(editor.text, [moved]) == []
+    editor.obstacles = [BAR]
+    assert not send(editor, "move", RIGHT + 30)["contacts"]

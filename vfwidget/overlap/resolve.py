@@ -239,9 +239,23 @@ class _Search:
 
     def other_places(self, count: int) -> Iterator[Array]:
         """Places to start from, the same ones at every call."""
-        chance = np.random.default_rng(0)
-        for _ in range(count):
-            yield chance.uniform(self.push.lower, self.push.upper)
+        chance, bounds = np.random.default_rng(0), np.stack([self.push.lower, self.push.upper])
+        # Some blocks of unknowns have no bounds.
+        bounds = np.where(np.isfinite(bounds), bounds, self.start)
+        for i in range(count):
+            yield chance.uniform(*bounds) if i else self.each_best(bounds)
+
+    def each_best(self, ends: Array) -> Array:
+        """The place at which each unknown has the value, of its start and its bounds, that is best.
+
+        For each of them the common area is compared while the others stay at their start.
+        """
+        x, count = self.start, len(self.start)
+        states = [np.where(np.arange(count) == i, end, x) for end in ends for i in range(count)]
+        area, *others = self.room.areas(x, *states)
+        least = np.reshape(others, (2, count))
+        best = ends[least.argmin(0), np.arange(count)]
+        return np.asarray(np.where(least.min(0) < area, best, x))
 
     def back(self, x: Array, limit: float) -> tuple[Array, Look]:
         """The last state on the way from x to the user's state before the excess passes a limit.

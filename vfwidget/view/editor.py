@@ -65,7 +65,8 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
     obstacles : obstacle, or sequence of obstacles
         Drawn behind the word, and avoided by drags; as for :func:`overlaps`. Default: none.
     avoid_overlaps : bool
-        Whether drags keep letters apart from each other and from the obstacles. Default False.
+        Whether drags keep letters apart from each other and from the obstacles. When it is turned
+        on, or the obstacles change while it is on, letters that overlap give way. Default False.
     height : int, optional
         Height of the picture in pixels, 80 to 4000. By default it follows the width.
     theme : {"auto", "light", "dark"}
