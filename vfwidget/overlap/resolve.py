@@ -241,9 +241,11 @@ class _Search:
         """Places to start from, the same ones at every call."""
         chance, bounds = np.random.default_rng(0), np.stack([self.push.lower, self.push.upper])
         # Some blocks of unknowns have no bounds.
-        bounds = np.where(np.isfinite(bounds), bounds, self.start)
-        for i in range(count):
-            yield chance.uniform(*bounds) if i else self.each_best(bounds)
+        lower, upper = bounds = np.where(np.isfinite(bounds), bounds, self.start)
+        if count:
+            yield self.each_best(bounds)
+        for _ in range(count - 1):
+            yield chance.uniform(lower, upper)
 
     def each_best(self, ends: Array) -> Array:
         """The place at which each unknown has the value, of its start and its bounds, that is best.
