@@ -1,10 +1,11 @@
 """How smoothly a drag is drawn: frames, a busy kernel, the kernel's last word, and memory.
 
 *busy*: the time from a pointer move to the next painted change, in JupyterLab, while the kernel is
-busy for 2 s in the middle of the drag. *rest*: how far the kernel's answer to the release moves any
-point from where the view had drawn it, in pixels. *frames*: frames per second while the pointer
-moves in every frame, on an exported page. *memory*: the heap after 10,000 moves compared with that
-after 2,000, each after a garbage collection.
+busy for 2 s in the middle of the drag. The baseline is an SVG on the same page in which each move
+sets one path: the time that the browser takes without an editor. *rest*: how far the kernel's
+answer to the release moves any point from where the view had drawn it, in pixels. *frames*: frames
+per second while the pointer moves in every frame, on an exported page. *memory*: the heap after
+10,000 moves compared with that after 2,000, each after a garbage collection.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import vfwidget as vf
 
 from .latency import PROBE, browser_page, jupyterlab, notebook_of, open_notebook, painted, settle
 from .table import Row, milliseconds
+from .timing import Array
 
 PERIOD = 1 / 60
 BUSY = 2.0
@@ -47,6 +49,15 @@ CIRCLE = """async ([root, place, moves, every]) => {
   return moves / every / seconds;
 }"""
 """Presses, moves along a closed curve, releases; gives frames per second."""
+
+
+BARE = """root => {
+  root.insertAdjacentHTML('beforebegin', '<svg id="bare" width="300" height="100"><path/></svg>');
+  const bare = document.getElementById('bare'), path = bare.firstChild;
+  bare.__vfw = {stats: {}};
+  bare.onpointermove = e => path.setAttribute('d', `M0 0L${e.offsetX} ${e.offsetY}V100Z`);
+}"""
+"""Puts the baseline of the latency before an editor."""
 
 
 def run(quick: bool) -> Iterator[Row]:
@@ -104,6 +115,35 @@ def _with_kernel(page: Any, address: str, folder: Path) -> Iterator[Row]:
     page.wait_for_timeout(1000 * BUSY)
     root.evaluate(PROBE)
     _, place = _grip(page, text)
+    half, most = _latency(page, place)
+    settle(page)
+    page.mouse.up()
+    page.wait_for_timeout(20)
+    before = _outlines(root)
+    settle(page)
+    unit = root.evaluate("root => root.__vfw.toClient(1, 0).x - root.__vfw.toClient(0, 0).x")
+    moved = float(np.abs(_outlines(root) - before).max()) * unit
+    root.evaluate(BARE)
+    bare = page.locator("#bare")
+    bare.evaluate(PROBE)
+    box = bare.bounding_box()
+    place = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
+    page.mouse.move(**place)
+    bare_half, bare_most = _latency(page, place)
+    page.mouse.up()
+    yield Row(
+        "smooth",
+        f"kernel busy for {BUSY:g} s",
+        milliseconds(half),
+        f"one path {milliseconds(bare_half)}",
+        f"{half / bare_half:.1f}×",
+        f"95 %: {most:.1f} | {bare_most:.1f} ms",
+    )
+    yield Row("smooth", "the kernel's answer at rest", f"{moved:.2f} px", "", "")
+
+
+def _latency(page: Any, place: dict[str, float]) -> Array:
+    """Press and move while the kernel is busy; the median and 95 % of move to paint, in ms."""
     page.mouse.down()
     due = time.perf_counter()
     for i in range(1, 241):
@@ -119,18 +159,7 @@ def _with_kernel(page: Any, address: str, folder: Path) -> Iterator[Row]:
         time.sleep(max(0.0, due - time.perf_counter()))
     log = page.evaluate("probe")
     moves = np.array(log["moves"][2:-1])
-    waits = painted(log, moves) - moves
-    half, most = np.percentile(waits, [50, 95])
-    name = f"kernel busy for {BUSY:g} s"
-    yield Row("smooth", name, milliseconds(half), "", "", f"95 %: {most:.1f} ms")
-    settle(page)
-    page.mouse.up()
-    page.wait_for_timeout(20)
-    before = _outlines(root)
-    settle(page)
-    unit = root.evaluate("root => root.__vfw.toClient(1, 0).x - root.__vfw.toClient(0, 0).x")
-    moved = float(np.abs(_outlines(root) - before).max()) * unit
-    yield Row("smooth", "the kernel's answer at rest", f"{moved:.2f} px", "", "")
+    return np.percentile(painted(log, moves) - moves, [50, 95])
 
 
 def _outlines(root: Any) -> Any:

@@ -18,7 +18,7 @@ from typing import Any
 SNAPSHOT = "vfw-snapshot"
 """The class of the picture on a page."""
 DELAY = 0.5
-"""Seconds from a change until the picture is drawn again, together with what follows it."""
+"""Seconds without a change until the picture is drawn again."""
 
 
 class Snapshot:
@@ -71,8 +71,11 @@ class Snapshot:
 
     def expire(self) -> None:
         """Note that the picture is out of date; it is drawn again soon."""
-        if self._handle is None or self._timer is not None:
+        if self._handle is None:
             return
+        if self._timer is not None:
+            # Each new picture makes the page work, which a drag has no time for.
+            self._timer.cancel()
         self._timer = threading.Timer(DELAY, self.update)
         self._timer.daemon = True
         self._timer.start()

@@ -20,7 +20,7 @@ const realClock = {
 };
 
 export class Channel {
-  #clock; #inFlight; #onAnswer; #onIdle; #onSilence; #sentAt; #timer; #pause; #send; #seq; #view; #waiting; #timeout;
+  #clock; #inFlight; #onAnswer; #onIdle; #onSilence; #sentAt; #throttle; #timer; #pause; #send; #seq; #view; #waiting; #timeout;
 
   /**
    * @param {object} options
@@ -29,15 +29,17 @@ export class Channel {
    * @param {(answer: any, sent: Message) => void} [options.onAnswer]
    * @param {(sent: Message, error?: unknown) => void} [options.onSilence] no answer in time, or `send` failed
    * @param {() => void} [options.onIdle] nothing is in flight or waiting any more
+   * @param {() => number} [options.throttle] the least number of ms between two moves, at present
    * @param {number} [options.timeout] ms
    * @param {Clock} [options.clock]
    */
-  constructor({ view, send, onAnswer, onSilence, onIdle, timeout = 3000, clock = realClock }) {
+  constructor({ view, send, onAnswer, onSilence, onIdle, throttle = () => 0, timeout = 3000, clock = realClock }) {
     this.#view = view;
     this.#send = send;
     this.#onAnswer = onAnswer ?? (() => {});
     this.#onSilence = onSilence ?? (() => {});
     this.#onIdle = onIdle ?? (() => {});
+    this.#throttle = throttle;
     this.#timeout = timeout;
     this.#clock = clock;
     this.#seq = 0;
@@ -47,8 +49,6 @@ export class Channel {
     this.#waiting = [];
     /** @type {any} */
     this.#timer = null;
-    /** The least time between two moves. */
-    this.throttle = 0;
     this.#sentAt = -Infinity;
     /** @type {any} */
     this.#pause = null;
@@ -105,7 +105,7 @@ export class Channel {
 
   #pump() {
     while (this.#inFlight === null && this.#waiting.length > 0) {
-      const rest = this.#sentAt + this.throttle - this.#clock.now;
+      const rest = this.#sentAt + this.#throttle() - this.#clock.now;
       if (this.#waiting[0].phase === "move" && rest > 0) {
         this.#clock.clearTimeout(this.#pause);
         this.#pause = this.#clock.setTimeout(() => this.#pump(), rest);

@@ -1,5 +1,5 @@
 /** The panel under the word: the letters, and a row for each axis. */
-import { attr, html, icon, KEEP_KEYS } from "../view/dom.js";
+import { assign, attr, html, icon, KEEP_KEYS } from "../view/dom.js";
 import { alike } from "../word/decode.js";
 
 /**
@@ -100,7 +100,7 @@ function createRow(axis, actions, id) {
   /** @param {boolean} locked */
   function setLocked(locked) {
     attr(lock, "aria-pressed", locked);
-    lockIcon.firstElementChild?.setAttribute("d", locked ? LOCK : OPEN);
+    attr(/** @type {Element} */ (lockIcon.firstElementChild), "d", locked ? LOCK : OPEN);
   }
 
   /** @param {number} shown */
@@ -174,8 +174,8 @@ export function createControls(actions, id) {
       row.setLocked(locks.includes(row.axis.tag));
     }
     const hidden = rows.filter((row) => row.axis.hidden), moved = hidden.filter((row) => row.value !== row.axis.default);
-    summary.textContent = `Hidden axes (${hidden.length}${moved.length > 0 ? `, ${moved.length} moved` : ""})`;
-    letters.hidden = shared;
+    assign(summary, { textContent: `Hidden axes (${hidden.length}${moved.length > 0 ? `, ${moved.length} moved` : ""})` });
+    assign(letters, { hidden: shared });
     [...letters.children].forEach((chip, i) => attr(chip, "aria-pressed", session.chosen(i)));
   }
 

@@ -50,6 +50,9 @@ export function createEditor(model, arriving) {
     onAnswer: answered,
     onSilence: silence,
     onIdle: idle,
+    // A host spends more on a message than the view on a frame, so the kernel hears of few moves unless the view needs
+    // its answers.
+    throttle: () => (gestures.grab?.follows ? 0 : session.throttle),
   });
   const marks = createMarks(drawing.overlay);
   const gestures = createGestures({
@@ -179,7 +182,6 @@ export function createEditor(model, arriving) {
 
   function update() {
     const fresh = session.pull(ahead()), { word } = session;
-    channel.throttle = session.throttle;
     if (word === null) return;
     if (fresh) {
       gestures.forget();
@@ -189,6 +191,8 @@ export function createEditor(model, arriving) {
       family.textContent = word.family;
       attr(drawing.svg, "aria-label", `${word.string} in ${word.family}. ${HINT} ${KEYS}`);
     }
+    // Read before anything is written, so that the browser lays the page out only once.
+    const { pixel } = drawing;
     if (drawn !== session.version) {
       drawn = session.version;
       drawing.draw(session.axes);
@@ -204,8 +208,8 @@ export function createEditor(model, arriving) {
       wait();
     }
     gestures.refresh();
-    spread();
-    mark();
+    spread(pixel);
+    mark(pixel);
     teach();
     if (!channel.busy && session.flush()) settle();
   }
@@ -220,9 +224,9 @@ export function createEditor(model, arriving) {
     if (teaching) lesson.show(layout, letter, controls.names[letter], held);
   }
 
-  /** Finds more of what the held point can reach, a little in every frame. */
-  function spread() {
-    const { pins, constraints, locks, shared, axes } = session, { held, grab } = gestures, { layout, pixel } = drawing;
+  /** Finds more of what the held point can reach, a little in every frame. @param {number} pixel font units a pixel takes */
+  function spread(pixel) {
+    const { pins, constraints, locks, shared, axes } = session, { held, grab } = gestures, { layout } = drawing;
     if (!reaching || !tools || layout === null || held === null) {
       reach = null;
       asked = [];
@@ -239,7 +243,8 @@ export function createEditor(model, arriving) {
     if (reach?.grow(SHARE)) request();
   }
 
-  function mark() {
+  /** @param {number} pixel font units a pixel takes */
+  function mark(pixel) {
     const { layout } = drawing, { grab, hover, shown: { handle, mode } } = gestures;
     if (layout === null) return;
     const pins = session.pins.flatMap((pin, index) => (layout.has(pin)
@@ -248,7 +253,7 @@ export function createEditor(model, arriving) {
     if (pins.length < session.pins.length && layout.word.rows.length === 1) session.problems.set("_pins", "A pin is not on this word.");
     const [first, last] = session.range;
     marks.show({
-      pixel: drawing.pixel,
+      pixel,
       handle: handle && layout.has(handle) ? layout.position(handle) : null,
       mode,
       tether: grab?.stuck ? grab.target : null,

@@ -1,5 +1,5 @@
 /** The status line: the most pressing of what there is to say, and a button for a better place. */
-import { attr, html } from "../view/dom.js";
+import { assign, attr, html } from "../view/dom.js";
 import { BETTER } from "./messages.js";
 
 /** @param {() => void} changed asks for a frame */
@@ -10,7 +10,7 @@ export function createStatus(changed) {
 
   /** @param {string} newKind @param {string} newText */
   function say(newKind, newText) {
-    better.hidden = true;
+    assign(better, { hidden: true });
     if (kind === newKind && text === newText) return;
     [kind, text] = [newKind, newText];
     changed();
@@ -26,7 +26,7 @@ export function createStatus(changed) {
   function show({ error, problems }, hint) {
     const wrong = error || [...problems.values()].join("\n"), words = wrong || text || hint;
     attr(line, "data-status", wrong ? "error" : kind);
-    if (line.textContent !== words) line.textContent = line.title = words;
+    assign(line, { textContent: words, title: words });
   }
 
   return { line, better, say, offer, show, get kind() { return kind; } };

@@ -1,5 +1,5 @@
 /** The buttons of an editor: history, the whole word, and the window. */
-import { attr, html, icon, KEEP_KEYS } from "../view/dom.js";
+import { assign, attr, html, icon, KEEP_KEYS } from "../view/dom.js";
 
 /**
  * @typedef {object} Actions
@@ -79,11 +79,11 @@ export function createToolbar(actions) {
   function show({ shared, apart, teaching, pins: { length: pins }, steps }, moved, reaching) {
     perLetter.checked = !shared;
     avoid.checked = !!apart;
-    avoidLabel.hidden = apart === null;
+    assign(avoidLabel, { hidden: apart === null });
     teach.checked = teaching;
     attr(reach, "aria-pressed", reaching);
     unpin.disabled = pins === 0;
-    unpin.textContent = pins > 0 ? `Unpin all (${pins})` : "Unpin all";
+    assign(unpin, { textContent: pins > 0 ? `Unpin all (${pins})` : "Unpin all" });
     reset.disabled = !moved;
     // A button that is disabled loses the focus, and the keys for undo and redo with it.
     for (const [tool, count] of [[undo, steps[0]], [restart, steps[0]], [redo, steps[1]]]) {

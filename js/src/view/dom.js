@@ -19,8 +19,15 @@ function fill(element, attributes, children) {
 /** For elements whose keys JupyterLab must leave alone. */
 export const KEEP_KEYS = "data-lm-suppress-shortcuts";
 
-/** Sets an attribute, of any type. @param {Element} element @param {string} name @param {any} value */
-export const attr = (element, name, value) => element.setAttribute(name, value);
+/** Sets an attribute, unless it has the value: browsers lay out again for equal ones. @param {Element} element @param {string} name @param {any} value */
+export function attr(element, name, value) {
+  if (element.getAttribute(name) !== String(value)) element.setAttribute(name, value);
+}
+
+/** Sets properties that differ, for the same reason. @template {Element} E @param {E} element @param {Partial<E>} values */
+export function assign(element, values) {
+  for (const name in values) if (element[name] !== values[name]) element[name] = /** @type {any} */ (values[name]);
+}
 
 /**
  * @template {keyof HTMLElementTagNameMap} T

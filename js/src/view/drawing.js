@@ -90,7 +90,8 @@ export class Drawing {
     const colours = [];
     for (let i = 0; i < paths.length; i++) {
       const place = { transform: `translate(${round(this.layout.x[i])} ${round(-this.layout.y[i])})` };
-      attr(paths[i], "d", pathData(this.layout, i));
+      // Long, and hardly ever the same: not worth a comparison.
+      paths[i].setAttribute("d", pathData(this.layout, i));
       attr(paths[i], "transform", place.transform);
       // A colour glyph is pressed by its own outline, which is not seen.
       attr(paths[i], "fill-opacity", this.layout.glyphs[i].layers.length ? "0" : "1");

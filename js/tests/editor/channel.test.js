@@ -201,8 +201,7 @@ test("throttled moves keep their distance; what opens and closes a drag does not
   const { channel, log, clock } = setUp((message, clock, receive) => {
     times.push([message.phase, clock.now]);
     answer(message, clock, receive);
-  });
-  channel.throttle = 100;
+  }, { throttle: () => 100 });
   channel.push(body("down", 0));
   for (let i = 1; i <= 60; i++) {
     clock.advance(5);
