@@ -20,16 +20,13 @@ import pytest
 import websocket
 
 import vfwidget as vf
+from tests.browser.conftest import REQUIRED
 
 OPTIONS = {"timeout": 60, "suppress_origin": True}
 """Firefox refuses connections that pages make."""
 FIREFOX = shutil.which("firefox-esr") or shutil.which("firefox")
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.slow,
-    pytest.mark.skipif(FIREFOX is None, reason="needs Firefox"),
-]
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 
 class Page:
@@ -84,11 +81,15 @@ class Page:
 
 @pytest.fixture
 def page(tmp_path: Path) -> Iterator[Page]:
+    if FIREFOX is None:
+        if REQUIRED:
+            pytest.fail("VFWIDGET_REQUIRE_BROWSER is set and there is no Firefox.")
+        pytest.skip("needs Firefox")
     file = tmp_path / "page.html"
     vf.Editor("recursive", "hand", axes={"wght": 600}).to_html(file)
     with tempfile.TemporaryDirectory() as profile:
         options = ["--headless", "--no-remote", "--profile", profile, "--remote-debugging-port=0"]
-        process = subprocess.Popen([str(FIREFOX), *options], stderr=subprocess.PIPE, text=True)
+        process = subprocess.Popen([FIREFOX, *options], stderr=subprocess.PIPE, text=True)
         assert process.stderr is not None
         try:
             told = (re.search(r"BiDi listening on (ws://\S+)", line) for line in process.stderr)
