@@ -348,3 +348,18 @@ def test_a_descent_at_another_state_has_the_bounds_of_that_state() -> None:
     assert found.at_bounds is None
     ended = replace(found, state=replace(found.state, x=energy.upper))
     assert ended.at_bounds is not None and ended.at_bounds.all()
+
+
+def test_many_letters_with_targets_need_no_singular_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = vf.Text("recursive", "hamburgefonstivhamb", shared=False)
+    terms: list[vf.Term] = [vf.StayClose()]
+    for letter in range(len(text.glyphs)):
+        handle = text.handle(letter, 0, 0, 0.0)
+        away = np.array([5 * np.sin(letter), 8 * np.cos(letter)])
+        terms.append(vf.Target(handle, text.position(handle).numpy() + away))
+    taken = []
+    svd = np.linalg.svd
+    monkeypatch.setattr(np.linalg, "svd", lambda *a, **k: taken.append(1) or svd(*a, **k))
+    # At the second start some points do not move, apart from rounding errors.
+    found = vf.solve(text, terms, restarts=1)
+    assert found.active.any() and not taken
