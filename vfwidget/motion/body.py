@@ -82,6 +82,7 @@ class Body:
         self.controls = self.word.contours.segments
         self._positions: Memo[Array] = Memo()
         self._reduced: Memo[Array] = Memo()
+        self._moves: Memo[Array] = Memo(8)
         ends = self.word.first_point
         self.slices = [slice(a, b) for a, b in pairwise(ends)]
         self._roots = np.sqrt(self._masses(mass))
@@ -200,7 +201,11 @@ class Body:
         return own + self.force(self._origins.positions(place))
 
     def reduced_moves(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
-        """Derivative (r, N) of the reduced coordinates by the free unknowns."""
+        """Derivative (r, N) of the reduced coordinates by the free unknowns; read only."""
+        key = _key(place), tuple(slices)
+        return self._moves.get(key, lambda: self._reduced_moves(place, slices))
+
+    def _reduced_moves(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
         jacobian = np.zeros((len(self.lift), max(part.stop for part in slices.values())))
         if AXES in slices:
             jacobian[:, slices[AXES]] = self._reduced_by_axes(place)
@@ -213,6 +218,7 @@ class Body:
             own = self.reduced_at(place) - self.force(self._origins.positions(place))
             column = slices[ROTATIONS].start + self.letter
             jacobian[np.arange(len(own)), column] = self.quarter(own)
+        jacobian.flags.writeable = False
         return jacobian
 
     def quarter(self, values: Array) -> Array:

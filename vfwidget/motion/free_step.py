@@ -15,16 +15,14 @@ from ..energy import Term
 from ..energy.descent import descend
 from ..energy.energy import Energy
 from ..overlap.gaps import Gaps
-from ..solver.problem import Tolerances
 from ..text.place import AXES, Place
 from .body import Body
 from .flight import Flight
 from .laws import Laws, State
 from .scene import Scene
 from .terms import Contact, Inertia, Springs
-from .warm import start_of
+from .warm import TOLERANCES, approach
 
-TOLERANCES = Tolerances(step=1e-10, absolute_cost=1e-8, relative_cost=1e-13)
 MOST_STEPS = 40
 """Of the solver, for each solve."""
 MARGIN = 1.0
@@ -69,6 +67,7 @@ class FreeStep:
     ) -> None:
         self.body, self.scene, self.laws = body, scene, laws
         self.state, self.time = state, time
+        self.text = body.text.moved_to(state.place)
         self.acceleration, self.rest = acceleration, rest
         self.touching = state.touching
         self.flight = Flight(self.body, state.place, state.velocity)
@@ -126,16 +125,17 @@ class FreeStep:
         """The place at which the terms are least, from the place of the state or from ``start``.
 
         A search for contact starts where the motion leads without it. There the contacts that
-        matter are active, while at the place of the state they have no slope yet.
+        matter are active, while at the place of the state they have no slope yet. The solver takes
+        over if the search does not settle.
         """
-        text = self.body.text.moved_to(self.state.place)
-        energy = Energy(text, terms, free=free or self.body.free)
+        energy = Energy(self.text, terms, free=free or self.body.free)
         begin = energy.unknowns.start if start is None else energy.unknowns.flat(start)
-        if contact is not None:
-            begin = start_of(energy, contact, begin)
-            energy = energy.at(text, [*terms, contact])
-        found = descend(energy, begin, TOLERANCES, MOST_STEPS, scale_by_columns=True)
-        return Place(energy.unknowns.place(found.state.x))
+        x, settled = approach(energy, contact, begin)
+        if not settled:
+            if contact is not None:
+                energy = energy.at(self.text, [*terms, contact])
+            x = descend(energy, x, TOLERANCES, MOST_STEPS, scale_by_columns=True).state.x
+        return Place(energy.unknowns.place(x))
 
     def gaps(self, segments: Array, reach: float) -> Gaps:
         """The gaps between all shapes that are smaller than ``reach``, in font units."""

@@ -8,7 +8,8 @@ that the step runs into. In the model
 
 which is linear in the unknowns between the contacts, the least d is found exactly: contacts that
 pull leave the active set, and those that are entered join it, until none does (block principal
-pivoting, Júdice and Pires 1994). Some such steps lead close to the least place.
+pivoting, Júdice and Pires 1994). Bounds are walls of the same kind, and so are kinks, which a step
+reaches but does not cross. Some such steps lead to the least place.
 """
 
 from __future__ import annotations
@@ -17,77 +18,110 @@ import numpy as np
 
 from ..arrays import Array
 from ..energy.energy import Energy
+from ..solver.drivers import answer
+from ..solver.linearize import cell, linearize
+from ..solver.problem import Kind, Problem, Proximity, State, Tolerances
 from .terms import Contact
 
-MOST_STEPS, MOST_HALVINGS = 6, 3
+MOST_STEPS, MOST_HALVINGS = 12, 3
 """Of the model, and of each step if it does not lower the energy."""
-SETTLED = 1e-4
-"""Share of the energy: the search ends with a step that gains less."""
-WALL = 1e3
-"""Weight of the bounds in the model, times the largest weight of a contact on an unknown."""
+TOLERANCES = Tolerances(step=1e-10, absolute_cost=1e-8, relative_cost=1e-13)
+NEARLY = 100.0
+"""A search has settled if no step gains more, or after a step that gains up to so many times more
+and much less than the step before."""
+WALL = 1e6
+"""Weight of bounds and kinks in the model, times the largest weight of a contact on an unknown."""
 MOST_EXCHANGES, PATIENCE = 200, 5
 """Exchanges of contacts; those without progress before contacts are exchanged one by one."""
 LEAST = 1e-10
 """Share of its own diagonal entry that every unknown gets, so that the model has one minimum."""
 
 
-def start_of(energy: Energy, contact: Contact, x: Array) -> Array:
+def approach(energy: Energy, contact: Contact | None, x: Array) -> tuple[Array, bool]:
     """Unknowns (N,) near the least sum of an energy and a contact, from x (N,).
 
     Parameters
     ----------
     energy : Energy
         All terms but for the contact.
-    contact : Contact
+    contact : Contact or None
     x : (N,) array
+
+    Returns
+    -------
+    x : (N,) array
+    settled : bool
+        Whether no step of the model lowers the energy noticeably. Then x needs no other search.
     """
-    weights, reference = energy.proximity
-
-    def cost(x: Array) -> float:
-        residual, depth = energy.residual(x), contact.residual_at(energy.unknowns.place(x))
-        return float(residual @ residual + depth @ depth + weights @ (x - reference) ** 2)
-
-    before = cost(x)
+    problem = Problem(
+        energy.lower, energy.upper, energy.kinks, proximity=Proximity(*energy.proximity)
+    )
+    here, before = _Point(energy, contact, problem, x), 0.0
     for _ in range(MOST_STEPS):
-        step = _step(energy, contact, x)
+        step, promised = here.step()
+        enough = TOLERANCES.least_decrease(here.cost)
+        if promised <= enough:
+            return here.x, True
+        if promised <= NEARLY * enough and promised * promised <= enough * before:
+            # At this rate the step after this one would gain less.
+            return np.clip(here.x + step, energy.lower, energy.upper), True
         for _ in range(MOST_HALVINGS):
-            trial = np.clip(x + step, energy.lower, energy.upper)
-            after = cost(trial)
-            if after < before:
+            x = np.clip(here.x + step, energy.lower, energy.upper)
+            there = _Point(energy, contact, problem, x)
+            if there.cost < here.cost:
                 break
             step = step / 2
         else:
-            return x
-        x, gained, before = trial, before - after, after
-        if gained < SETTLED * before:
-            return x
-    return x
+            break
+        here, before = there, promised
+    return here.x, False
 
 
-def _step(energy: Energy, contact: Contact, x: Array) -> Array:
-    """The least d of the model at x, within the bounds."""
-    place, slices = energy.unknowns.place(x), energy.unknowns.slices
-    residual, jacobian = energy.residual(x), energy.jacobian(x)
-    weights, reference = energy.proximity
-    curvature = jacobian.T @ jacobian + np.diag(weights)
-    slope = jacobian.T @ residual + weights * (x - reference)
-    normals = np.sqrt(contact.weight) * contact.touches.jacobian(
-        contact.touches.normals, place, slices
-    )
-    gaps = np.sqrt(contact.weight) * contact.gaps_at(place)
-    # Bounds are walls as well.
-    bounded = np.isfinite(energy.lower)
-    size = np.sqrt(WALL * (np.diag(curvature) + (normals**2).max(0, initial=0.0)))[bounded]
-    walls = size[:, None] * np.eye(len(x))[bounded]
-    normals = np.concatenate([normals, walls, -walls])
-    gaps = np.concatenate(
-        [
-            gaps,
-            size * (x - energy.lower)[bounded],
-            size * (energy.upper - x)[bounded],
-        ]
-    )
-    return least(curvature, slope, normals, gaps)
+class _Point:
+    """The model of an energy and a contact at x (N,).
+
+    Attributes
+    ----------
+    cost : float
+    """
+
+    def __init__(self, energy: Energy, contact: Contact | None, problem: Problem, x: Array) -> None:
+        self.energy, self.contact, self.problem, self.x = energy, contact, problem, x
+        residual = energy.residual(x)
+        self._own, self._gaps = slice(0, len(residual)), np.zeros(0)
+        if contact is not None:
+            self._gaps = np.sqrt(contact.weight) * contact.gaps_at(energy.unknowns.place(x))
+        self._residual = np.concatenate([residual, np.minimum(self._gaps, 0.0)])
+        self.cost = problem.cost(self._residual, x)
+
+    def _slopes(self, x: Array) -> Array:
+        """The derivative of the residual and of the gaps, (r + C, N)."""
+        jacobian, contact = self.energy.jacobian(x), self.contact
+        if contact is None:
+            return jacobian
+        unknowns, touches = self.energy.unknowns, contact.touches
+        normals = touches.jacobian(touches.normals, unknowns.place(x), unknowns.slices)
+        return np.concatenate([jacobian, np.sqrt(contact.weight) * normals])
+
+    def step(self) -> tuple[Array, float]:
+        """The least d of the model up to the next kinks, and by how much it lowers the energy."""
+        state = State(self.x, self._residual, self.cost)
+        model = answer(linearize(self.problem, state), {Kind.JACOBIAN: self._slopes})
+        assert self.problem.kinks is not None
+        below, above = cell(self.problem.kinks, self.x)
+        low, high = np.maximum(model.low, below), np.minimum(model.high, above)
+        jacobian, normals = np.split(model.jacobian, [self._own.stop])
+        curvature = jacobian.T @ jacobian + np.diag(model.weights)
+        slope = jacobian.T @ self._residual[self._own] + model.pull
+        size = np.sqrt(WALL * (np.diag(curvature) + (normals**2).max(0, initial=0.0)))
+        walls, room = [normals], [self._gaps]
+        for side, end in ((1.0, -low), (-1.0, high)):
+            near = np.isfinite(end)
+            walls.append(side * np.diag(size)[near])
+            room.append((size * end)[near])
+        d = np.clip(least(curvature, slope, np.concatenate(walls), np.concatenate(room)), low, high)
+        before, after = self._residual[self._own.stop :], np.minimum(self._gaps + normals @ d, 0.0)
+        return d, float(before @ before - after @ after - d @ (curvature @ d + 2 * slope))
 
 
 def least(curvature: Array, slope: Array, normals: Array, gaps: Array) -> Array:
@@ -103,12 +137,14 @@ def least(curvature: Array, slope: Array, normals: Array, gaps: Array) -> Array:
     gaps : (C,) array
     """
     diagonal = np.diag(curvature)
-    curvature = curvature + np.diag(LEAST * (diagonal + 1e-3 * diagonal.max()))
+    extra = LEAST * (diagonal + 1e-3 * diagonal.max())
+    regular = curvature + np.diag(extra)
     active = gaps < 0
     fewest, patience = len(gaps) + 1, PATIENCE
     for _ in range(MOST_EXCHANGES):
         rows = normals[active]
-        found = -np.linalg.solve(curvature + rows.T @ rows, slope + rows.T @ gaps[active])
+        matrix = regular + rows.T @ rows
+        found = -np.linalg.solve(matrix, slope + rows.T @ gaps[active])
         wrong = np.flatnonzero((gaps + normals @ found < 0) != active)
         if not len(wrong):
             break
@@ -119,4 +155,5 @@ def least(curvature: Array, slope: Array, normals: Array, gaps: Array) -> Array:
         else:
             wrong = wrong[-1:]
         active[wrong] = ~active[wrong]
-    return found
+    # One refinement removes the effect of the entries that were added.
+    return found + np.linalg.solve(matrix, extra * found)
