@@ -234,6 +234,32 @@ def test_letters_that_cannot_get_out_of_the_way_are_said_so() -> None:
     assert 2 < len(caught.value.animation) < 30
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("end", "said"), [(92, "In .* frames, shapes enter"), (120, "cannot get")])
+def test_a_letter_that_makes_too_little_room_is_said_to_be_entered(end, said) -> None:
+    def bar(time):
+        x = min(1500 * time - 60, end)
+        return [[(x - 100, 100), (x, 100), (x, 400), (x - 100, 400)]]
+
+    text = vf.Text("recursive", "N")
+    if end > 100:
+        # Without this error the bar went through the stem.
+        with pytest.raises(vf.MotionError, match=said):
+            simulated(text, 9, obstacles=bar)
+        return
+    with pytest.warns(vf.MotionWarning, match=said):
+        pressed = simulated(text, 9, obstacles=bar)
+    (overlap,) = vf.overlaps(pressed[-1], bar(pressed.times[-1]))
+    assert overlap.depth == pytest.approx(pressed.penetration[-1], abs=0.05)
+
+
+def test_letters_that_lie_on_each_other_are_no_start() -> None:
+    text = vf.Text("recursive", "HH", shared=False)
+    way = text.layout[1].x - text.layout[0].x
+    with pytest.raises(vf.MotionError, match="overlaps itself"):
+        simulated(text.at(offsets=[(0, 5), (-way, 5)]), 2, obstacles=[FLOOR], positions=True)
+
+
 def test_an_interrupted_simulation_keeps_the_frames_so_far() -> None:
     def forces(time):
         if time > 0.1:

@@ -98,7 +98,7 @@ class FreeStep:
         between = np.linalg.norm(mean[:, None] - mean, axis=2)
         self.ways = between + spread[:, None] + spread
         letters = len(self.body.rows)
-        self.reach = float(self.ways[:letters].max()) + MARGIN
+        self.reach = float(self.ways[:letters].max()) + MARGIN + self.state.depth
 
     def motion(self) -> list[Term]:
         """Inertia and springs over the step."""

@@ -19,11 +19,14 @@ class State:
         In reduced coordinates.
     touching : (l,) bool array
         The letters that were in contact in the last step.
+    depth : float
+        The deepest contact that the last step left, in font units.
     """
 
     place: Place
     velocity: Array
     touching: BoolArray
+    depth: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from .inputs import (
 from .laws import Laws, State
 from .numbers import read_count, read_number
 from .scene import Scene
-from .start import apart
+from .start import DEEP, apart
 from .steps import NEARBY, BlockedError, Stepper
 
 SLOW, PATIENCE = 5e-3, 0.5
@@ -120,7 +120,8 @@ def simulate(
     Warns
     -----
     MotionWarning
-        Letters overlapped each other or an obstacle at the start, and were moved apart.
+        Letters overlapped each other or an obstacle at the start, and were moved apart; or a
+        contact of some frame is deeper than 0.5 font units.
 
     Notes
     -----
@@ -187,7 +188,22 @@ def simulate(
             )
             failure.animation = run.animation()
             raise failure from error
-    return run.animation()
+    made = run.animation()
+    _warn_of_depth(made)
+    return made
+
+
+def _warn_of_depth(animation: Animation) -> None:
+    """Say which frame has the deepest contact, if it is deeper than what counts as resolved."""
+    deep = np.flatnonzero(animation.penetration > DEEP)
+    if len(deep):
+        worst = int(animation.penetration.argmax())
+        warn_caller(
+            f"In {len(deep)} of {len(animation)} frames, shapes enter each other by more than "
+            f"{DEEP} font units: by {animation.penetration[worst]:.3g} in frame {worst} (at "
+            f"{animation.times[worst]:.4g} s). Give the letters more room or a shorter dt.",
+            MotionWarning,
+        )
 
 
 class _StoppedError(Exception):

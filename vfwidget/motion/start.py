@@ -12,6 +12,7 @@ from ..energy.energy import Energy
 from ..errors import MotionError, MotionWarning, warn_caller
 from ..overlap.overlaps import overlaps
 from ..overlap.resolve import resolve_overlaps
+from ..overlap.shape import letters
 from ..solver.problem import Tolerances
 from ..text import Text
 from ..text.place import OFFSETS, Place
@@ -68,5 +69,13 @@ def apart(body: Body, scene: Scene) -> Place:
 
 
 def deepest(text: Text, obstacles: Any) -> float:
-    """The depth of the deepest overlap, in font units."""
-    return max((overlap.depth for overlap in overlaps(text, obstacles)), default=0.0)
+    """The depth of the deepest overlap, in font units.
+
+    The outlines of shapes that lie exactly on each other have no depth. Such an overlap counts as
+    deep as its area is wide on average, which is less than the depth of any other overlap.
+    """
+    lengths = [np.hypot(*np.diff(shape.segments, axis=1).T).sum() for shape in letters(text)]
+    return max(
+        (max(o.depth, o.area / max(lengths[o.pair[0]], 1.0)) for o in overlaps(text, obstacles)),
+        default=0.0,
+    )

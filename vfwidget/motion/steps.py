@@ -57,7 +57,8 @@ NEARBY, DEEP = 6.0, 100.0
 LEFT = 0.25
 """Font units: if a deeper contact is left, the step is tried again with half of its time."""
 BLOCKED = 4.0
-"""Font units: a deeper contact that is left at the end of a step cannot be resolved."""
+"""Font units: a deeper contact that is left at the end of the shortest step cannot be resolved. The
+next step may resolve one that is less deep; a frame that shows it causes a warning."""
 UNCLEAR = 1.0
 """Font units: contacts that are deeper are found where the contacts before the step lead."""
 ROLLING = 0.08, 0.5
@@ -144,13 +145,14 @@ class _Step(FreeStep):
         while True:
             state, depth = self._in_contact(resting)
             shortest = self.h <= self.laws.frame / MOST_CUTS
-            if depth < LEFT or shortest:
+            if depth < max(LEFT, self.state.depth) or shortest:
                 break
-            # Contacts that come and go from round to round are fewer in a shorter step.
+            # Contacts that come and go from round to round are fewer in a shorter step. One that
+            # was as deep before is not.
             self.set_duration(max(self.h / 2, self.laws.frame / MOST_CUTS))
         if depth > BLOCKED:
             raise BlockedError(depth)
-        return state, self.h
+        return replace(state, depth=depth), self.h
 
     def _resting(self) -> Gaps:
         """The contacts that this step presses together, if nothing near approaches fast.
@@ -195,7 +197,7 @@ class _Step(FreeStep):
         terms, place = self.motion(), self.free
         before = Touches(self.body, self.gaps(self.now, self.reach), self.later)
         touches = before if resting else self._touches(place, self.reach)
-        if touches.gaps.gap.min() < -UNCLEAR and self.matches:
+        if touches.gaps.gap.min(initial=0.0) < -UNCLEAR and self.matches:
             # Deep inside, the nearest way out may lead to the wrong side. Before the step the
             # sides were clear.
             place = self.solve(terms, Contact(before), place)
