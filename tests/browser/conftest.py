@@ -39,6 +39,8 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path
             *(f"--ServerApp.root_dir={folder}", "--LabApp.expose_app_in_browser=True"),
             "--JupyterNotebookApp.expose_app_in_browser=True",
             *("--LabApp.news_url=", "--ServerApp.disable_check_xsrf=True"),
+            # A free port might be taken before the kernel has it.
+            "--KernelManager.transport=ipc",
         ],
         env={
             **os.environ,
