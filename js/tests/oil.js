@@ -58,7 +58,7 @@ export function oneRow(order) {
   return {
     rows: [{
       order, clusters: order.map((_, i) => i), bases: order.map(() => 1), anchors: ends.map((_, i) => i - 1),
-      gaps: ends.map((_, i) => i), pushed: ends.map((_, i) => Array.from({ length: i }, (_, j) => [j, 1])), own: steps, beside: steps,
+      gaps: ends.map((_, i) => i), pushed: ends.map((_, i) => Array.from({ length: i }, (_, j) => [j, 1])), own: steps, anchored: steps,
     }],
     settings: { edges: [[], []], cells: [0] },
   };

@@ -62,7 +62,7 @@ class Origins:
         1 for a letter, 0 for a mark, which gets no tracking.
     anchor : (r,) int array
         The letter next to which each letter is placed, or -1; a line ends at its last letter.
-    own, beside : Halves
+    own, anchored : Halves
         Each step as a function of the letter's own scalars, plus one of those of its anchor.
     base : (r, 2) array
         The part of the origins that nothing changes.
@@ -88,12 +88,12 @@ class Origins:
         self._step(layouts, of_row, regions, count)
         self.own.base[:, 1] -= np.where(self.anchor < 0, line_height * _lines(layouts[0]), 0.0)
         reach = self._chains()
-        self.base = reach @ (self.own.base + self.beside.base)
+        self.base = reach @ (self.own.base + self.anchored.base)
         if shared:
-            parts = np.tensordot(reach, self.own.deltas + self.beside.deltas, 1)
+            parts = np.tensordot(reach, self.own.deltas + self.anchored.deltas, 1)
             self._collect(np.eye(rows), parts, np.zeros(rows, dtype=np.intp))
         else:
-            parts = np.concatenate([self.own.deltas, self.beside.deltas])
+            parts = np.concatenate([self.own.deltas, self.anchored.deltas])
             self._collect(np.tile(reach, 2), parts, np.concatenate([owner, self.anchor]))
 
     def _step(
@@ -109,7 +109,7 @@ class Origins:
             if id(layout) not in known:
                 known[id(layout)] = layout.deltas @ selection(at, count)
         rows, letters = self.pushed.shape
-        self.own, self.beside = (
+        self.own, self.anchored = (
             Halves(np.zeros((rows, 2)), np.zeros((rows, 2, count))) for _ in range(2)
         )
         for k, anchor in enumerate(self.anchor):
@@ -117,7 +117,7 @@ class Origins:
             own = 1.0 if anchor < 0 else half
             for layout, share, part in (
                 (of_row[k], own, self.own),
-                (layouts[anchor], 1 - own, self.beside),
+                (layouts[anchor], 1 - own, self.anchored),
             ):
                 if share:
                     base, deltas = layout.base, known[id(layout)]

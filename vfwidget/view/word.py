@@ -138,7 +138,7 @@ def _row(word: Word, regions: IntArray) -> dict[str, Any]:
             for row in origins.pushed
         ],
         "own": _steps(origins.own, regions),
-        "beside": _steps(origins.beside, regions),
+        "anchored": _steps(origins.anchored, regions),
     }
 
 

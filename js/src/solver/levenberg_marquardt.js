@@ -101,15 +101,15 @@ function linearise(problem, x, residual) {
   const low = x.map((v, i) => lower[i] - v), high = x.map((v, i) => upper[i] - v);
   const pull = x.map((v, i) => problem.pull * (v - home[i]));
   const onKink = x.map((v, i) => (kinks[i].some((kink) => Math.abs(kink - v) < NUDGE) ? 1 : 0));
-  const beside = (/** @type {1 | -1} */ side) => problem.evaluate(x.map((v, i) => {
+  const oneSided = (/** @type {1 | -1} */ side) => problem.evaluate(x.map((v, i) => {
     if (!onKink[i]) return v;
     return v + NUDGE * (side > 0 ? (high[i] > 0 ? 1 : -1) : low[i] < 0 ? -1 : 1);
   })).jacobian;
-  const jacobian = beside(1);
+  const jacobian = oneSided(1);
   let slope = slopeOf(jacobian, residual, pull);
   const both = x.map((_, i) => (onKink[i] && low[i] < 0 && high[i] > 0 ? 1 : 0));
   if (both.some(Boolean)) {
-    const behind = beside(-1), other = slopeOf(behind, residual, pull);
+    const behind = oneSided(-1), other = slopeOf(behind, residual, pull);
     for (let i = 0; i < x.length; i++) {
       if (!both[i]) continue;
       const falls = Math.max(-slope[i], other[i]);

@@ -223,10 +223,10 @@ export class Layout {
     for (let i = 0; i < row.anchors.length; i++) {
       let x = word.tracking * row.gaps[i], y = 0;
       for (const k of this.#chains[i]) {
-        const own = row.own[k], beside = row.beside[k], anchor = row.anchors[k];
+        const own = row.own[k], anchored = row.anchored[k], anchor = row.anchors[k];
         const here = gamma(k < row.order.length ? k : Math.max(anchor, 0)), there = gamma(Math.max(anchor, 0));
-        x += valueOf(own.x, here) + valueOf(beside.x, there);
-        y += valueOf(own.y, here) + valueOf(beside.y, there);
+        x += valueOf(own.x, here) + valueOf(anchored.x, there);
+        y += valueOf(own.y, here) + valueOf(anchored.y, there);
       }
       for (const [letter, share] of row.pushed[i]) x += share * this.advance[letter];
       const [dx, dy] = word.offsets[i] ?? [0, 0];

@@ -130,7 +130,7 @@ function point(word, row, handle) {
   const letter = handle === END ? row.order.length : handle[0], last = (/** @type {number} */ i) => Math.max(row.anchors[i], 0);
   const parts = chain(row, letter).flatMap((k) => [
     { letter: k < row.order.length ? k : last(k), share: 1, ...row.own[k] },
-    { letter: last(k), share: 1, ...row.beside[k] },
+    { letter: last(k), share: 1, ...row.anchored[k] },
   ]);
   const advances = row.pushed[letter].map(([i, share]) =>
     ({ letter: i, share, x: word.glyphs[row.order[i]].advance, y: null }));

@@ -11,7 +11,7 @@
  * @property {number[]} gaps how many letters stand before each on its line
  * @property {[letter: number, share: number][][]} pushed the advances before each
  * @property {Step[]} own the displacement of each from its anchor: the part by its own scalars,
- * @property {Step[]} beside and the part by those of its anchor
+ * @property {Step[]} anchored and the part by those of its anchor
  */
 
 const F2DOT14 = 16384;
@@ -41,7 +41,7 @@ export function rowOf({ rows }, choice) {
   return {
     order: chosen.map((row, i) => row.order[i]), clusters: usual.clusters, bases: chosen.map((row, i) => row.bases[i]),
     anchors: take((row, i) => row.anchors[i]), gaps: take((row, i) => row.gaps[i]), pushed: take((row, i) => row.pushed[i]),
-    own: take((row, i) => row.own[i]), beside: take((row, i) => (chosen[row.anchors[i]] ?? row).beside[i]),
+    own: take((row, i) => row.own[i]), anchored: take((row, i) => (chosen[row.anchors[i]] ?? row).anchored[i]),
   };
 }
 

@@ -70,7 +70,7 @@ test("an advance is never negative", () => {
   assert.deepEqual([...new Layout(decodeWord(raw)).evaluate({ wdth: 50 }).x], [0, 0, 300, 600]);
 });
 
-test("a hair beside a peak that is also an end still counts as on it", () => {
+test("a coordinate within rounding of a peak that is also an end counts as on it", () => {
   const regions = compile([0, 0.5, 0.5, 0.5, 0.5, 1], 2, 1);
   close(scalars(regions, [0.5 + 1e-12], new Float64Array(2)), [1, 1], "above", 1e-9);
   close(scalars(regions, [0.5 - 1e-12], new Float64Array(2)), [1, 1], "below", 1e-9);

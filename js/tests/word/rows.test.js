@@ -14,7 +14,7 @@ function kerned() {
   const raw = rawWord(), { rows: [first] } = oneRow([0, 1, 1]), { rows: [second] } = oneRow([0, 1, 0]);
   for (const row of [first, second]) {
     row.own = row.own.map((none, k) => (k === 1 ? step(-10, -20) : none));
-    row.beside = row.beside.map((none, k) => (k === 1 ? step(-10, -20) : none));
+    row.anchored = row.anchored.map((none, k) => (k === 1 ? step(-10, -20) : none));
   }
   return { ...raw, offsets: [], rows: [first, second], settings: { edges: [[0.5 + 0.5 / 16384], []], cells: [0, 1] } };
 }
@@ -54,7 +54,7 @@ test("marks hang on letters after them, and tracking skips them", () => {
   const raw = { ...rawWord(), tracking: 9 }, [row] = raw.rows;
   Object.assign(row, {
     bases: [0, 1, 1], anchors: [1, -1, 1, 2], gaps: [0, 0, 1, 2], pushed: [[], [], [[1, 1]], [[1, 1], [2, 1]]],
-    own: [step(70), step(5), step(0), step(0)], beside: [step(0, 30), step(0), step(0), step(0)],
+    own: [step(70), step(5), step(0), step(0)], anchored: [step(0, 30), step(0), step(0), step(0)],
   });
   const layout = new Layout(decodeWord(raw)).evaluate({ wght: 900 });
   assert.deepEqual([...layout.x], [70 + 30 + 5, 5, 5 + 340 + 9, 5 + 680 + 18]);
@@ -89,7 +89,7 @@ test("malformed rows say what is wrong", () => {
   assert.throws(broken((r) => (r.rows = [])), /no word/);
   for (const change of [
     (row) => (row.anchors = [1, 0, 1, 2]), (row) => (row.anchors = [-1, 0, 5, 2]), (row) => (row.gaps = [0]),
-    (row) => (row.pushed[1] = [[9, 1]]), (row) => (row.own[1] = step(0, 1, 2, 3)), (row) => (row.beside[1] = step(NaN)),
+    (row) => (row.pushed[1] = [[9, 1]]), (row) => (row.own[1] = step(0, 1, 2, 3)), (row) => (row.anchored[1] = step(NaN)),
   ]) assert.throws(broken((r) => change(r.rows[0])), /malformed: a row of glyphs/);
   assert.throws(broken((r) => (r.settings.cells = [0])), /malformed: the settings/);
   assert.throws(broken((r) => (r.settings.edges = [[0.5]])), /malformed: the settings/);
