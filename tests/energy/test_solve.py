@@ -340,6 +340,28 @@ def test_one_letter_of_several_crosses_a_boundary() -> None:
     assert "at wght of letter 2 = 650: crossed" in found.report()
 
 
+def test_every_letter_of_many_crosses_its_boundary_after_few_descents(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each third letter stays, because the other side costs more; it is not tried again."""
+    count = 24
+    text = exchanged(count * "a", shared=False)
+    handles = [text.handle(i) for i in range(count)]
+    places = np.array([text.position(handle).tolist() for handle in handles])
+    moves = np.where(np.arange(count) % 3, 240, 110)
+    terms = [
+        vf.Target(h, (x + move, y)) for h, (x, y), move in zip(handles, places, moves, strict=True)
+    ]
+    tried = []
+    beyond = Energy.at
+    monkeypatch.setattr(Energy, "at", lambda *all: tried.append(all) or beyond(*all))
+    found = vf.solve(text, [*terms, vf.StayClose()], restarts=0)
+    names = [glyph.name for glyph in found.text.glyphs]
+    assert names == ["bowl" if i % 3 else "a" for i in range(count)]
+    assert [met.crossed for met in found.boundaries] == [True] * 16 + [False] * 8
+    assert len(tried) <= 2 * count
+
+
 def test_a_descent_at_another_state_has_the_bounds_of_that_state() -> None:
     text = vf.Text("dynapuff", "a")
     lower, upper = text.font.bounds

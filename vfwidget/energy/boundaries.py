@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -23,9 +25,12 @@ from .descent import Descent, held_axes
 from .energy import Energy
 
 MOST_CROSSINGS = 16
-"""A solve that keeps crossing boundaries ends after this many."""
+"""A solve that keeps crossing boundaries ends after this many for each letter."""
 MOST_BOXES = 64
 """Or after so many boxes: where axes move others, several boxes lead up to a boundary."""
+
+Entry: TypeAlias = tuple[int, int]
+"""A letter and an axis: an entry of Θ."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,9 @@ def cross(
 ) -> tuple[Energy, Descent, list[Boundary]]:
     """Go on from where a descent ended beyond the boundaries that it met, where that costs less.
 
+    Of the boundaries that one letter has met, the one whose other side costs least is crossed. A
+    side that costs more is tried again only after the same letter has crossed another one.
+
     Parameters
     ----------
     energy : Energy
@@ -87,41 +95,70 @@ def cross(
     met: list[Boundary] = []
     if len(energy.text.composition.settings.rows) == 1:
         return energy, found, met
-    for _ in range(MOST_BOXES):
-        best: tuple[Energy, Descent, Boundary] | None = None
-        stays: list[Boundary] = []
-        for entry, other in _beyond(energy, found):
-            if time.perf_counter() > deadline:
+    letters = len(energy.text.coordinates)
+    refused: dict[Entry, Boundary] = {}
+    for _ in range(MOST_BOXES * letters):
+        sides = list(_beyond(energy, found))
+        best: _Side | None = None
+        # Letters with axes of their own hardly affect one another, so each is decided by itself.
+        for _, own in groupby(sides, key=lambda side: side[0][0]):
+            new = [side for side in own if side[0] not in refused]
+            tried = list(_tried(energy, found, new, descend, deadline))
+            best = min(tried, key=lambda side: side.found.state.cost, default=None)
+            if best is not None and best.found.state.cost < found.state.cost:
                 break
-            try:
-                there = energy.at(other, energy.terms)
-            except GlyphError:
-                # A glyph on the other side has no such point.
-                continue
-            here = energy.unknowns.place(found.state.x)
-            start = there.unknowns.flat({**here, **other.place})
-            end = descend(there, start)
-            side = _boundary(energy.text, other, entry)
-            stays.append(side)
-            if end.state.cost < (best[1] if best else found).state.cost:
-                best = there, end.after(found), side
+            best = None
+            refused |= {side.entry: side.boundary for side in tried}
         if best is None:
-            return energy, found, met + [side for side in stays if side.before]
-        energy, found, side = best
-        if side.before:
-            met.append(replace(side, crossed=True))
-        if len(met) == MOST_CROSSINGS:
+            stays = [refused[entry] for entry, _ in sides if entry in refused]
+            return energy, found, met + [boundary for boundary in stays if boundary.before]
+        energy, found = best.energy, best.found.after(found)
+        if best.boundary.before:
+            met.append(replace(best.boundary, crossed=True))
+        if len(met) == MOST_CROSSINGS * letters:
             break
+        letter = best.entry[0]
+        refused = {entry: side for entry, side in refused.items() if entry[0] != letter}
     return energy, found, met
 
 
-def _beyond(energy: Energy, found: Descent) -> Iterator[tuple[tuple[int, int], Text]]:
+class _Side(NamedTuple):
+    """What lies beyond a side of the box: an energy there, and where its descent ends."""
+
+    entry: Entry
+    energy: Energy
+    found: Descent
+    boundary: Boundary
+
+
+def _tried(
+    energy: Energy,
+    found: Descent,
+    sides: Sequence[tuple[Entry, Text]],
+    descend: Descend,
+    deadline: float,
+) -> Iterator[_Side]:
+    """Descend from the end of a descent beyond each of these sides."""
+    for entry, other in sides:
+        if time.perf_counter() > deadline:
+            return
+        try:
+            there = energy.at(other, energy.terms)
+        except GlyphError:
+            # A glyph on the other side has no such point.
+            continue
+        here = energy.unknowns.place(found.state.x)
+        end = descend(there, there.unknowns.flat({**here, **other.place}))
+        yield _Side(entry, there, end, _boundary(energy.text, other, entry))
+
+
+def _beyond(energy: Energy, found: Descent) -> Iterator[tuple[Entry, Text]]:
     """The texts next to the end of a descent, beyond the sides of the box that hold it there.
 
     Yields
     ------
-    (letter, axis), text
-        The entry of Θ that leaves the box.
+    entry, text
+        The entry of Θ that leaves the box; those of one letter follow one another.
     """
     text, x, at_bounds = energy.text, found.state.x, found.at_bounds
     if AXES not in energy.unknowns.slices or at_bounds is None:
@@ -144,8 +181,8 @@ def at_ends(text: Text, theta: Array) -> BoolArray:
     return (theta <= lower) | (theta >= upper)
 
 
-def _boundary(text: Text, other: Text, entry: tuple[int, int]) -> Boundary:
-    """The boundary between two neighbouring texts, which an entry (letter, axis) of Θ crosses."""
+def _boundary(text: Text, other: Text, entry: Entry) -> Boundary:
+    """The boundary between two neighbouring texts, which an entry of Θ crosses."""
     letter, axis = entry
     before, after = ([glyph.name for glyph in one.glyphs] for one in (text, other))
     if len(before) == len(after):
