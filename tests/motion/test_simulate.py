@@ -130,6 +130,22 @@ def test_friction_stops_a_sliding_letter() -> None:
     assert way(0.5) == pytest.approx(1000**2 / (2 * 0.5 * G), rel=0.1)
 
 
+@pytest.mark.parametrize("thickness", [1, 2.5])
+def test_a_thin_floor_is_not_passed(thickness: float) -> None:
+    floor = [(-500, -300 - thickness), (1500, -300 - thickness), (1500, -300), (-500, -300)]
+    fall = simulated(
+        vf.Text("dynapuff", "H"), 30, forces=(0, -9000), obstacles=[floor], positions=True
+    )
+    assert fall.penetration.max() < 0.5
+    assert min(float(c[..., 1].min()) for c in fall[-1].segments()) > -301
+
+
+def test_an_obstacle_that_letters_could_pass_unseen_is_refused() -> None:
+    floor = [(0, -1), (900, -1), (900, -0.5), (0, -0.5)]
+    with pytest.raises(vf.MotionError, match=r"Obstacle 2 is 0\.5 font units thick"):
+        simulated(vf.Text("dynapuff", "H"), 2, obstacles=[FLOOR, floor])
+
+
 def test_axes_alone_make_room_for_an_obstacle() -> None:
     text = vf.Text("roboto-flex", "I", axes={"wght": 900})
     right = text.point_set().positions(text.place)[:, 0].max()

@@ -16,7 +16,11 @@ from ..overlap.shape import Shape, letters, read_obstacles
 from ..text import Text
 
 LEAST_STROKE = 4.0
-"""Strokes count as at least this thick, in font units."""
+"""Strokes between curves count as at least this thick, in font units."""
+THINNEST = 1.0
+"""Font units: an obstacle that is thinner is refused, because letters could pass it unseen."""
+NEAREST = 1e-6
+"""Font units: sides that are nearer to a point are its own."""
 THIN = 0.1
 """Part of the outline at which a shape may be thinner than its stroke, because of corners."""
 
@@ -45,7 +49,18 @@ class Scene:
         self._outlines: Outlines | None = None
         self._gaps: dict[tuple[int, bytes], tuple[float, Gaps]] = {}
         self.at(0.0)
-        self.stroke = np.array([_stroke(shape) for shape in (*self._letters, *self._shapes)])
+        self.stroke = np.array([*map(_stroke, self._letters), *self._strokes_of_obstacles()])
+        self.stroke = np.maximum(self.stroke, THINNEST)
+
+    def _strokes_of_obstacles(self) -> list[float]:
+        strokes = [_stroke(shape) for shape in self._shapes]
+        for number, stroke in enumerate(strokes, 1):
+            if stroke < THINNEST:
+                raise MotionError(
+                    f"Obstacle {number} is {stroke:.3g} font units thick, and letters could pass "
+                    f"it unseen. Make it at least {THINNEST:g} unit thick."
+                )
+        return strokes
 
     def at(self, time: float) -> tuple[Outlines, Array]:
         """All outlines, and the segments (S', 4, 2) of the obstacles, at a time in seconds."""
@@ -121,7 +136,8 @@ def _stroke(shape: Shape) -> float:
     bound = np.flatnonzero(spans.weight)
     t = np.linspace(spans.start[bound], spans.end[bound], SAMPLES + 1)
     corners = evaluate(coefficients(shape.segments)[..., spans.cubic[bound]][:, :, None], t)
-    low, high = corners[:, :-1].reshape(2, -1), corners[:, 1:].reshape(2, -1)
+    corners = corners.swapaxes(1, 2)
+    low, high = corners[..., :-1].reshape(2, -1), corners[..., 1:].reshape(2, -1)
     along = high - low
     inwards = -points.outward
     away = low[:, None] - points.position.T[..., None]
@@ -129,8 +145,12 @@ def _stroke(shape: Shape) -> float:
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = (away[0] * along[1] - away[1] * along[0]) / across
         part = (away[0] * inwards.T[1][:, None] - away[1] * inwards.T[0][:, None]) / across
-    # Curves hide their own chords from the ray.
-    hits = (depth > LEAST_STROKE) & (part >= 0) & (part <= 1)
+    # The chords of a curve lie beside it.
+    span = np.repeat(np.arange(len(bound)), SAMPLES)
+    least = np.where(span[:, None] == span, LEAST_STROKE, NEAREST)
+    hits = (depth > least) & (part >= 0) & (part <= 1)
     first = np.where(hits, depth, np.inf).min(1)
-    first = first[np.isfinite(first)]
-    return float(max(np.quantile(first, THIN), LEAST_STROKE)) if len(first) else LEAST_STROKE
+    order = np.argsort(first)
+    passed = np.cumsum(np.hypot(*along)[order])
+    found = first[order[np.searchsorted(passed, THIN * passed[-1])]]
+    return float(found) if np.isfinite(found) else LEAST_STROKE

@@ -113,9 +113,10 @@ def simulate(
     Raises
     ------
     MotionError
-        An argument is not what is described above; an overlap at the start cannot be resolved;
-        letters cannot get out of the way of an obstacle; or the motion has exploded. In the last
-        two cases, ``error.animation`` holds the frames so far.
+        An argument is not what is described above; an obstacle is less than one font unit thick;
+        an overlap at the start cannot be resolved; letters cannot get out of the way of an
+        obstacle; or the motion has exploded. In the last two cases, ``error.animation`` holds the
+        frames so far.
 
     Warns
     -----
