@@ -7,9 +7,12 @@ import pytest
 
 import vfwidget as vf
 from benchmarks.overlap_drags import increases, random_drags
-from vfwidget.overlap.follow import follow
+from vfwidget.energy.descent import descend
+from vfwidget.energy.tied import energy_of
+from vfwidget.overlap.follow import _Way, follow
 from vfwidget.overlap.shape import read_obstacles
 from vfwidget.overlap.swept import first_contact
+from vfwidget.solver.problem import Tolerances
 
 
 def common(text, obstacles=()):
@@ -121,3 +124,16 @@ def test_neighbours_give_way():
 def test_no_accepted_state_overlaps_more_than_the_one_before():
     for drag in random_drags(60):
         assert max(increases(drag)) <= 1e-6, drag
+
+
+def test_where_a_way_is_blocked_the_descent_has_the_values_of_that_state():
+    text = vf.Text("recursive", "n", axes={"wght": 600})
+    foot = text.nearest(600, 0)
+    x, y = text.position(foot).tolist()
+    wish = energy_of(text, [vf.Target(foot, (x + 60, y)), vf.StayClose()])
+    start = wish.unknowns.start
+    direct = descend(wish, start, Tolerances(), 1)
+    assert abs(direct.state.x - start).max() > 0
+    ended = _Way(text, wish, vf.NoOverlap(), ()).ended(start, direct)
+    np.testing.assert_array_equal(ended.state.residual, wish.residual(start))
+    assert ended.state.model is None and ended.state.cost > direct.state.cost

@@ -240,8 +240,11 @@ class _Way:
 
     def ended(self, x: Array, former: Descent) -> Descent:
         """A state as the end of a descent."""
-        results = self.wish.results(x)
-        state = replace(former.state, x=x, cost=sum(result.cost for result in results))
+        residual = self.wish.residual(x)
+        results = self.wish.results(x, residual)
+        cost = sum(result.cost for result in results)
+        # The model of the former end has the slopes of another state.
+        state = replace(former.state, x=x, residual=residual, cost=cost, model=None)
         return replace(former, state=state, results=results)
 
 
