@@ -55,7 +55,7 @@ def test_normalization_draws_the_map_of_each_axis(name):
         assert [*default.get_xdata(), *default.get_ydata()] == [axis.default, 0]
         bent = [t.get_text() for t in panel.texts] != ["identity map"]
         assert bent == (axis.segment_map != tuple((x, x) for x, _ in axis.segment_map))
-    # Whatever is not shown is named.
+    # The notes name the axes that are not shown.
     rest = [axis.tag for axis in font.axes if axis.tag not in shown]
     assert len(shown) == min(6, len(font.axes))
     assert all(tag in heading(panels)[1] for tag in rest)

@@ -98,10 +98,10 @@ def test_jacobian_draws_the_motion_as_an_axis_rises_and_falls(name):
             i = index(font, panel.get_title().split()[0])
             motion = {}
             for colour, sign in (BLUE, 1), (ORANGE, -1):
-                beside = w.copy()
-                beside[i] += sign * 1e-5
-                if low[i] <= beside[i] <= high[i]:
-                    motion[colour] = (glyph.points(beside).numpy()[::3] - here) / 1e-5
+                nearby = w.copy()
+                nearby[i] += sign * 1e-5
+                if low[i] <= nearby[i] <= high[i]:
+                    motion[colour] = (glyph.points(nearby).numpy()[::3] - here) / 1e-5
             if len(motion) == 2 and np.allclose(
                 motion[BLUE], -motion[ORANGE], rtol=1e-4, atol=0.01
             ):

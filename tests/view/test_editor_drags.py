@@ -68,7 +68,7 @@ def test_drags_on_many_threads_leave_one_whole_state(editor: Any) -> None:
     grad_modes: list[bool] = []
 
     def work(k: int) -> None:
-        # A comm handler's thread starts with whatever grad mode torch gives it.
+        # The thread of a comm handler may start in any grad mode of torch.
         with torch.no_grad():
             drag(editor, handle, x, y + k, seq=k)
             grad_modes.append(torch.is_grad_enabled())

@@ -99,19 +99,19 @@ def cross(
     refused: dict[Entry, Boundary] = {}
     for _ in range(MOST_BOXES * letters):
         sides = list(_beyond(energy, found))
-        best: _Side | None = None
+        better: list[_Side] = []
         # Letters with axes of their own hardly affect one another, so each is decided by itself.
         for _, own in groupby(sides, key=lambda side: side[0][0]):
             new = [side for side in own if side[0] not in refused]
             tried = list(_tried(energy, found, new, descend, deadline))
-            best = min(tried, key=lambda side: side.found.state.cost, default=None)
-            if best is not None and best.found.state.cost < found.state.cost:
+            better = [side for side in tried if side.found.state.cost < found.state.cost]
+            if better:
                 break
-            best = None
             refused |= {side.entry: side.boundary for side in tried}
-        if best is None:
+        if not better:
             stays = [refused[entry] for entry, _ in sides if entry in refused]
             return energy, found, met + [boundary for boundary in stays if boundary.before]
+        best = min(better, key=lambda side: side.found.state.cost)
         energy, found = best.energy, best.found.after(found)
         if best.boundary.before:
             met.append(replace(best.boundary, crossed=True))
@@ -139,6 +139,7 @@ def _tried(
     deadline: float,
 ) -> Iterator[_Side]:
     """Descend from the end of a descent beyond each of these sides."""
+    here = energy.unknowns.place(found.state.x)
     for entry, other in sides:
         if time.perf_counter() > deadline:
             return
@@ -147,7 +148,6 @@ def _tried(
         except GlyphError:
             # A glyph on the other side has no such point.
             continue
-        here = energy.unknowns.place(found.state.x)
         end = descend(there, there.unknowns.flat({**here, **other.place}))
         yield _Side(entry, there, end, _boundary(energy.text, other, entry))
 

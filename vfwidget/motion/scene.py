@@ -16,7 +16,7 @@ from ..overlap.shape import Shape, letters, read_obstacles
 from ..text import Text
 
 LEAST_STROKE = 4.0
-"""Strokes between curves count as at least this thick, in font units."""
+"""Font units: the two sides of one curve are at least this far apart."""
 THINNEST = 1.0
 """Font units: an obstacle that is thinner is refused, because letters could pass it unseen."""
 NEAREST = 1e-6
@@ -145,7 +145,7 @@ def _stroke(shape: Shape) -> float:
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = (away[0] * along[1] - away[1] * along[0]) / across
         part = (away[0] * inwards.T[1][:, None] - away[1] * inwards.T[0][:, None]) / across
-    # The chords of a curve lie beside it.
+    # The chords of a curve lie near it, and are not its opposite side.
     span = np.repeat(np.arange(len(bound)), SAMPLES)
     least = np.where(span[:, None] == span, LEAST_STROKE, NEAREST)
     hits = (depth > least) & (part >= 0) & (part <= 1)

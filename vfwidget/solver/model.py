@@ -72,7 +72,7 @@ class Model:
             sizes = np.einsum("ij,ij->i", jacobian, jacobian)
         self.spread = _spread(sizes, n)
         if self.spread < HEAVY**-2:
-            self.spread = _spread(self._felt(sizes), n)
+            self.spread = _spread(self._relevant(sizes), n)
         self.graded = self.spread < HEAVY**-2
         self._matrix: Array | None = None
         if self.graded or (n > SMALL and 2 * m <= n):
@@ -89,12 +89,12 @@ class Model:
         if self.graded and m > n:
             self._rows = _compressed(jacobian, self.residual, sizes)
 
-    def _felt(self, sizes: Array) -> Array:
+    def _relevant(self, sizes: Array) -> Array:
         """The squared row norms as far as they matter to a step, (m,); see Model.spread."""
         reach = np.minimum(np.maximum(-self.low, self.high), FARTHEST)
         change = abs(self.jacobian).dot(reach)
-        felt = (sizes > 0) & (change > ROUNDING * abs(self.residual))
-        return np.where(felt, np.maximum(sizes, self.weights.min()), 0.0)
+        matters = (sizes > 0) & (change > ROUNDING * abs(self.residual))
+        return np.where(matters, np.maximum(sizes, self.weights.min()), 0.0)
 
     @property
     def least_damping(self) -> float:
