@@ -192,10 +192,10 @@ def minimise_over_box(quadratic: Quadratic, low: Array, high: Array) -> tuple[Ar
     Notes
     -----
     Projected Newton (Bertsekas 1982) on an active set. Variables that the slope holds at a bound
-    are fixed, and the others take the Newton step of their own system. If that leaves the box, it
-    is clipped, which fixes many variables at once. If clipping does not lower the quadratic, the
-    step ends at the first bound instead. At the minimiser of the free variables, those that the
-    slope does not hold are released.
+    are fixed, and the others take the Newton step of their own system. If that leaves the box,
+    the variables that reach their bounds on the way are fixed as well, as many at once as lower
+    the quadratic. At the minimiser of the free variables, those that the slope does not hold are
+    released.
     """
     d = quadratic.minimiser()
     if not np.count_nonzero((d < low) | (d > high)):
@@ -216,13 +216,8 @@ def minimise_over_box(quadratic: Quadratic, low: Array, high: Array) -> tuple[Ar
                 break
             free |= released
             continue
-        clipped = np.minimum(np.maximum(new, low), high)
-        if quadratic.value(clipped) < quadratic.value(d):
-            d = clipped
-            free = ~_held(d, quadratic.slope(d), low, high)
-        else:
-            d, reached = _first_bound(d, step, low, high)
-            free &= ~reached
+        d, reached = _toward(quadratic, d, step, low, high)
+        free &= ~reached
     return d, True
 
 
@@ -232,11 +227,24 @@ def _held(d: Array, slope: Array, low: Array, high: Array) -> BoolArray:
     return held
 
 
-def _first_bound(d: Array, step: Array, low: Array, high: Array) -> tuple[Array, BoolArray]:
-    """Where a step leaves the box, and which variables reach their bound there."""
+def _toward(
+    quadratic: Quadratic, d: Array, step: Array, low: Array, high: Array
+) -> tuple[Array, BoolArray]:
+    """Where a step that leaves the box ends, and which variables reach their bound on the way.
+
+    Variables stay at the bounds that they reach. The step is taken as a whole if that lowers the
+    quadratic. Otherwise it ends where half as many variables have reached their bounds, and so on;
+    as far as the first bound it surely lowers the quadratic.
+    """
     bound = np.where(step > 0, high, low)
     shares = np.full(len(d), np.inf)
     np.divide(bound - d, step, out=shares, where=step != 0)
-    share = shares.min()
-    reached = shares <= share
-    return np.where(reached, bound, d + share * step), reached
+    passed = np.sort(shares[shares < 1])
+    value, count, share = quadratic.value(d), len(passed), 1.0
+    while True:
+        reached = shares <= share
+        new = np.where(reached, bound, d + share * step)
+        if count == 1 and share < 1 or quadratic.value(new) < value:
+            return new, reached
+        count = max(count // 2, 1)
+        share = passed[count - 1]
