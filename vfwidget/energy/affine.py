@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, padded_table
-from ..text.points import AffineForm
+from ..arrays import Array, IntArray, padded_table
+from ..text.points import AffinePoints
 from ..text.word import Word
 from .rows import Derivative, PointRows, wrong_rows
 
@@ -19,8 +19,7 @@ class AffineTerm(NamedTuple):
     Attributes
     ----------
     rows : PointRows
-    form : AffineForm
-        Its points.
+    points : AffinePoints
     by : Derivative
         Constant, and so evaluated once.
     constant : (r,) array
@@ -28,7 +27,7 @@ class AffineTerm(NamedTuple):
     """
 
     rows: PointRows
-    form: AffineForm
+    points: AffinePoints
     by: Derivative
     constant: Array
 
@@ -41,21 +40,21 @@ class AffineTerm(NamedTuple):
         SolveError
             The derivative does not have one row for each residual.
         """
-        form = rows.points.rows
-        if form is None or not rows.term.affine:
+        points = rows.points
+        if not isinstance(points, AffinePoints) or not rows.term.affine:
             return None
-        nowhere, default = np.zeros((len(rows.points.letter), 2)), np.zeros(theta.shape)
+        nowhere, default = np.zeros(points.base.shape), np.zeros(theta.shape)
         by, value = rows.derivative(nowhere, default), rows.value(nowhere, default)
         given = by.points if by.points is not None else by.theta
         size = 0 if given is None else len(given)
         if len(value) != size:
             raise wrong_rows(rows.term.kind, size, len(value))
-        return AffineTerm(rows, form, by, rows.root * value)
+        return AffineTerm(rows, points, by, rows.root * value)
 
     @property
     def key(self) -> tuple[int, float, bytes, bytes]:
         """Everything that the compiled rows depend on; the constant part is not in them."""
-        return id(self.form), self.rows.root, _bytes(self.by.points), _bytes(self.by.theta)
+        return id(self.points), self.rows.root, _bytes(self.by.points), _bytes(self.by.theta)
 
 
 def _bytes(array: Array | None) -> bytes:
@@ -72,76 +71,74 @@ def compiled(word: Word, terms: Sequence[AffineTerm]) -> AffineRows:
 class AffineRows:
     """Rows ``base + Σ gain · γ(θ_letter) + T Θ + U b``, without the terms' constants.
 
-    Only the pairs of letter and region that move a row are evaluated.
+    Only the pairs of axis vector and region that move a row are evaluated. The rows that belong to
+    one axis vector are a product of matrices: its gain (r, P), where P is the most regions that
+    any has, and its scalars beside their derivatives, (P, n + 1).
 
     Attributes
     ----------
     kinks : (parameters · n, q) array
         Where the rows have kinks, padded with infinity.
-    by_block : dict of (r, size) arrays
-        U: the derivative by the offsets and by the tracking, b.
     """
 
     def __init__(self, word: Word, terms: Sequence[AffineTerm]) -> None:
-        # The key of the cache names the forms by their id, so they have to stay alive.
-        self._word, self._forms = word, [term.form for term in terms]
-        size = word.parameters * len(word.font.axes)
-        count = word.parameters * len(word.regions.support)
-        base, gain, pushed, straight = [], [], [], []
-        linear: dict[str, list[Array]] = {}
-        for term in terms:
-            r, root = len(term.constant), term.rows.root
-            by_theta = np.zeros((r, size)) if term.by.theta is None else term.by.theta
-            straight.append(root * by_theta.reshape(r, size))
-            by_points = np.zeros((r, len(term.form.base)))
-            if term.by.points is not None:
-                by_points = root * term.by.points.reshape(r, len(term.form.base))
-            base.append(by_points @ term.form.base)
-            gain.append(by_points @ term.form.gain)
-            pushed.append(by_points @ term.form.pushed)
-            for name, block in term.rows.points.by_block.items():
-                linear.setdefault(name, []).append(
-                    by_points @ block.reshape(2 * len(block), block.shape[-1])
-                )
-        self._base = np.concatenate([np.zeros(0), *base])
-        self._straight = np.concatenate([np.zeros((0, size)), *straight])
-        self._is_straight = bool(self._straight.any())
-        self.by_block = {name: np.concatenate(parts) for name, parts in linear.items()}
-        all_gain = np.concatenate([np.zeros((0, count)), *gain])
-        self._pushed = np.concatenate([np.zeros((0, len(word.glyphs))), *pushed])
-        self._choose_pairs(all_gain, size)
+        # The key of the cache names the points by their id, so they have to stay alive.
+        self._word, self._kept = word, [term.points for term in terms]
+        self._sums = _Sums(terms)
+        self._straight = _straight(terms, word.parameters * len(word.font.axes))
+        self._points = points = _joined(self._kept)
+        origins = word.origins
+        starts = origins.base.copy()
+        starts[:, 0] += origins.pushed @ word.advance_base
+        self._base = self._sums.of(points.base + starts[points.origin])
+        self._pushed: Array | None = None
+        if word.can_vanish.any():
+            pushed = origins.pushed[points.origin]
+            self._pushed = self._sums.of(np.stack([pushed, np.zeros_like(pushed)], 1))
+        self._arrange([self._gain_by(k) for k in range(word.parameters)])
         self._latest: tuple[bytes, tuple[Array, Array]] | None = None
 
-    def _choose_pairs(self, gain: Array, size: int) -> None:
-        """Keep the columns of the gain that are not zero, and where their slots read Θ."""
-        word = self._word
-        vanishing = self._pushed * word.can_vanish
-        self._may_vanish = bool(vanishing.any())
-        kept = (gain != 0).any(0) | (word.advance_rows(vanishing) != 0).any(0)
-        self._pairs = np.flatnonzero(kept)
-        self._gain = gain[:, self._pairs]
-        letters, regions = np.divmod(self._pairs, len(word.regions.support) or 1)
-        self._slots = slots = word.regions.of_letters(letters, regions)
-        self.kinks = padded_table(slots.kinks(size))
-        if not len(self._pairs):
-            return
-        # The entries of the slopes (pair, slot), sorted by the coordinate that they read. A
-        # coordinate that no slot reads gets an entry that counts 0 times.
-        entries = np.flatnonzero(slots.used.ravel())
-        columns = slots.axis.ravel()[entries]
-        unread = np.setdiff1d(np.arange(size), columns)
-        counts = np.concatenate([np.ones(len(entries)), np.zeros(len(unread))])
-        entries = np.concatenate([entries, np.zeros_like(unread)])
-        columns = np.concatenate([columns, unread])
-        order = np.argsort(columns, kind="stable")
-        self._entries, self._counts = entries[order], counts[order]
-        self._runs = np.searchsorted(columns[order], np.arange(size))
-        self._entry_pair = self._entries // slots.axis.shape[1]
-        self._entry_gain = self._by_entry(self._gain)
+    def by_block(self, name: str) -> Array:
+        """U: the derivative by the offsets or by the tracking, (r, size)."""
+        return self._sums.of(self._points.by_block[name])
 
-    def _by_entry(self, gain: Array) -> Array:
-        """The gain (r, pairs) of each entry of the slopes."""
-        return gain[:, self._entry_pair] * self._counts
+    def _gain_by(self, k: int) -> tuple[IntArray, Array]:
+        """The regions of one axis vector that move a row, (p,), and their gain, (r, p)."""
+        word, points = self._word, self._points
+        letters = slice(None) if word.shared else slice(k, k + 1)
+        gain = word.origins.gain(k)
+        gain[:, 0] += word.origins.pushed[:, letters] @ word.advance_deltas[letters]
+        by_points = gain[points.origin]
+        mine = points.vector == k
+        by_points[mine] += points.deltas[mine]
+        found = self._sums.of(by_points)
+        kept = (found != 0).any(0)
+        if self._pushed is not None:
+            by_advance = self._pushed * word.can_vanish
+            kept |= (by_advance[:, letters] @ word.advance_deltas[letters] != 0).any(0)
+        regions = np.flatnonzero(kept)
+        return regions, found[:, regions]
+
+    def _arrange(self, parts: Sequence[tuple[IntArray, Array]]) -> None:
+        """Lay out the gain by axis vector, and say where its factors are found."""
+        word, n = self._word, len(self._word.font.axes)
+        # A column of zeros belongs to the region M, which does not exist.
+        none = len(word.regions.support)
+        self._vectors = np.flatnonzero([len(regions) for regions, _ in parts])
+        width = max((len(regions) for regions, _ in parts), default=0)
+        self._regions = np.full((len(self._vectors), width), none)
+        self._gain = np.zeros((len(self._vectors), len(self._base), width))
+        for i, k in enumerate(self._vectors.tolist()):
+            regions, gain = parts[k]
+            self._regions[i, : len(regions)] = regions
+            self._gain[i, :, : len(regions)] = gain
+        place, within = np.nonzero(self._regions < none)
+        letters, regions = self._vectors[place], self._regions[place, within]
+        self._slots = slots = word.regions.of_letters(letters, regions)
+        self.kinks = padded_table(slots.kinks(word.parameters * n))
+        self._used = np.flatnonzero(slots.used)
+        self._scalars_at = (place * width + within) * (n + 1) + n
+        self._slopes_at = (self._scalars_at[:, None] - n + slots.axis % n).ravel()[self._used]
 
     def evaluate(self, theta: Array) -> tuple[Array, Array]:
         """The rows at flat Θ, (r,), and their derivative by it, (r, parameters · n).
@@ -155,28 +152,91 @@ class AffineRows:
         return latest[1]
 
     def _evaluate(self, theta: Array) -> tuple[Array, Array]:
-        if not len(self._pairs):
-            return self._base + self._straight.dot(theta), self._straight
-        gamma, slopes = self._slots.along(theta)
-        rows, gain, by_entry = self._base, self._gain, self._entry_gain
-        if self._may_vanish:
-            rows, gain = self._hold_advances(theta)
-            by_entry = self._by_entry(gain)
-        rows = rows + gain.dot(gamma)
-        by_entry = by_entry * slopes.ravel().take(self._entries)
-        jacobian = np.add.reduceat(by_entry, self._runs, axis=1)
-        if self._is_straight:
-            rows += self._straight.dot(theta)
+        rows, parameters = self._base, self._word.parameters
+        n = len(theta) // parameters
+        by_vector = np.zeros((len(rows), parameters, n))
+        if len(self._vectors):
+            gamma, slopes = self._slots.along(theta)
+            gain = self._gain
+            if self._pushed is not None:
+                rows, gain = self._hold_advances(theta)
+            factors = np.zeros((len(gain), gain.shape[2], n + 1))
+            factors.put(self._scalars_at, gamma)
+            factors.put(self._slopes_at, slopes.take(self._used))
+            products = gain @ factors
+            rows = rows + products[..., n].sum(0)
+            by_vector[:, self._vectors] = products[..., :n].swapaxes(0, 1)
+        jacobian = by_vector.reshape(len(rows), len(theta))
+        if self._straight is not None:
+            rows = rows + self._straight.dot(theta)
             jacobian += self._straight
         return rows, jacobian
 
     def _hold_advances(self, theta: Array) -> tuple[Array, Array]:
         """Base and gain without the part of those advances that add up to less than zero."""
-        word = self._word
+        word, pushed = self._word, self._pushed
+        assert pushed is not None
         gamma = word.regions.scalars(theta.reshape(word.parameters, -1))
         negative = word.unclipped_advances(gamma) < 0
         if not negative.any():
             return self._base, self._gain
-        pushed = self._pushed * negative
-        held = word.advance_rows(pushed)[:, self._pairs]
-        return self._base - pushed @ word.advance_base, self._gain - held
+        pushed = pushed * negative
+        gain = self._gain.copy()
+        deltas = np.pad(word.advance_deltas, ((0, 0), (0, 1)))
+        for i, k in enumerate(self._vectors.tolist()):
+            letters = slice(None) if word.shared else slice(k, k + 1)
+            gain[i] -= pushed[:, letters] @ deltas[letters, self._regions[i]]
+        return self._base - pushed @ word.advance_base, gain
+
+
+class _Sums:
+    """Rows of several terms as weighted sums over the points of all of them."""
+
+    def __init__(self, terms: Sequence[AffineTerm]) -> None:
+        rows, points, weights = [], [], []
+        first = self._count = 0
+        for term in terms:
+            if term.by.points is not None:
+                row, point = np.nonzero(term.by.points.any(-1))
+                rows.append(row + self._count)
+                points.append(point + first)
+                weights.append(term.rows.root * term.by.points[row, point])
+            self._count += len(term.constant)
+            first += len(term.points.letter)
+        self._point = np.concatenate([np.zeros(0, int), *points])
+        self._weights = np.concatenate([np.zeros((0, 2)), *weights])
+        self._rows, self._starts = np.unique(
+            np.concatenate([np.zeros(0, int), *rows]), return_index=True
+        )
+
+    def of(self, values: Array) -> Array:
+        """The rows (r, ...) from a value for each coordinate of the points, (p, 2, ...)."""
+        by_entry = np.einsum("ec,ec...->e...", self._weights, values[self._point])
+        found = np.zeros((self._count, *values.shape[2:]))
+        if len(self._rows):
+            found[self._rows] = np.add.reduceat(by_entry, self._starts, axis=0)
+        return found
+
+
+def _joined(points: Sequence[AffinePoints]) -> AffinePoints:
+    """Points of several sets as one."""
+    return AffinePoints(
+        np.concatenate([one.letter for one in points]),
+        np.concatenate([one.origin for one in points]),
+        np.concatenate([one.base for one in points]),
+        np.concatenate([one.deltas for one in points]),
+        points[0].word,
+    )
+
+
+def _straight(terms: Sequence[AffineTerm], size: int) -> Array | None:
+    """T of all rows, (r, size), or None where it is zero."""
+    if all(term.by.theta is None for term in terms):
+        return None
+    parts = [
+        np.zeros((len(term.constant), size))
+        if term.by.theta is None
+        else term.rows.root * term.by.theta.reshape(-1, size)
+        for term in terms
+    ]
+    return np.concatenate(parts)

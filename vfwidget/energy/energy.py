@@ -11,7 +11,7 @@ from ..arrays import Array
 from ..errors import AxisError, SolveError
 from ..solver.problem import check_size
 from ..text import Text
-from ..text.place import AXES, Block, Unknowns
+from ..text.place import AXES, OFFSETS, TRACKING, Block, Unknowns
 from .affine import AffineRows, AffineTerm, compiled
 from .checked import blocks_of, bound, located, miss_of, proximity_of
 from .rows import PointRows, Rows, wrong_rows
@@ -132,11 +132,13 @@ class Energy:
         if terms:
             self._compiled = compiled(self.text.word, terms)
             self._constant = _joined([term.constant for term in terms])
-            for name, block in self._compiled.by_block.items():
-                if name not in unknowns.slices:
-                    fixed = unknowns.value(name, unknowns.start)
-                    if np.count_nonzero(fixed):
-                        self._constant = self._constant + block.dot(fixed.ravel())
+            self._linear: dict[str, Array] = {}
+            for name in (OFFSETS, TRACKING):
+                fixed = unknowns.value(name, unknowns.start)
+                if name in unknowns.slices:
+                    self._linear[name] = self._compiled.by_block(name)
+                elif np.count_nonzero(fixed):
+                    self._constant = self._constant + self._compiled.by_block(name) @ fixed.ravel()
         # A drag: everything is compiled, and Θ is all that moves.
         self._only_axes = bool(terms) and not self._others and self.unknowns.is_only(AXES)
         self._sizes: list[int] | None = None
@@ -182,9 +184,8 @@ class Energy:
         if self._compiled is None:
             return self._constant
         residual = self._constant + self._compiled.evaluate(place[AXES].ravel())[0]
-        for name, block in self._compiled.by_block.items():
-            if name in self.unknowns.slices:
-                residual = residual + block @ place[name].ravel()
+        for name, block in self._linear.items():
+            residual = residual + block @ place[name].ravel()
         return residual
 
     def _check_sizes(self, parts: Sequence[Array], derivative: bool = False) -> None:
@@ -220,9 +221,10 @@ class Energy:
             return np.zeros((0, size))
         by_axes = self._compiled.evaluate(place[AXES].ravel())[1]
         jacobian = np.zeros((len(by_axes), size))
-        for name, block in {AXES: by_axes, **self._compiled.by_block}.items():
-            if name in slices:
-                jacobian[:, slices[name]] = block
+        if AXES in slices:
+            jacobian[:, slices[AXES]] = by_axes
+        for name, block in self._linear.items():
+            jacobian[:, slices[name]] = block
         return jacobian
 
     def renew(self, x: Array) -> Array:

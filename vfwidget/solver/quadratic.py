@@ -244,7 +244,7 @@ def _toward(
     while True:
         reached = shares <= share
         new = np.where(reached, bound, d + share * step)
-        if count == 1 and share < 1 or quadratic.value(new) < value:
+        if (count == 1 and share < 1) or quadratic.value(new) < value:
             return new, reached
         count = max(count // 2, 1)
         share = passed[count - 1]

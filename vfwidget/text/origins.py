@@ -186,14 +186,13 @@ class Origins:
         turned = like(self._reach, slopes) @ by.reshape(*batch, q, 2 * parameters * n)
         return jacobian + turned.reshape(jacobian.shape)
 
-    def gain(self, rows: IntArray) -> Array:
-        """The displacements of some origins by all scalars, (p, 2, parameters, M)."""
-        gain = np.zeros((len(rows), 2, self.parameters, self.own.deltas.shape[-1]))
-        for letter, part, reach in zip(
-            self._letters, self._parts, self._reach[rows].T, strict=True
-        ):
-            gain[:, :, letter] += reach[:, None, None] * part
-        return gain
+    def gain(self, parameter: int) -> Array:
+        """The displacements of the origins by the scalars of one axis vector, (r, 2, M).
+
+        Advances are not counted.
+        """
+        mine = np.flatnonzero(self._letters == parameter)
+        return np.tensordot(self._reach[:, mine], self._parts[mine], 1)
 
 
 def _lines(layout: Layout) -> IntArray:

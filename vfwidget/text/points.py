@@ -17,7 +17,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -71,33 +71,12 @@ class PointSet(ABC):
         tracking = place[TRACKING][0] * self.word.origins.gaps[self.origin, None] * [1.0, 0.0]
         return place[OFFSETS][self.letter] + tracking
 
-    @property
-    def rows(self) -> AffineForm | None:
-        """The points as rows over the word's scalars; None where they are not affine in them."""
-        return None
-
     @abstractmethod
     def _set(self, theta: Any) -> Any:
         """The points where the layout sets them, (..., p, 2)."""
 
     @abstractmethod
     def _set_and_jacobian(self, theta: Any) -> tuple[Any, Any]: ...
-
-
-class AffineForm(NamedTuple):
-    """2 p coordinates, x and y in turn: ``base + gain @ γ``, as long as no advance is held at 0.
-
-    Attributes
-    ----------
-    base : (2 p,) array
-    gain : (2 p, parameters · M) array
-    pushed : (2 p, l) array
-        How much of each letter's advance is contained in ``base`` and ``gain``.
-    """
-
-    base: Array
-    gain: Array
-    pushed: Array
 
 
 @dataclass(frozen=True)
@@ -117,20 +96,6 @@ class AffinePoints(PointSet):
     deltas: Array
     word: Any = field(repr=False)
 
-    @cached_property
-    def rows(self) -> AffineForm:
-        """See :attr:`PointSet.rows`."""
-        word, origins = self.word, self.word.origins
-        gain = origins.gain(self.origin)
-        own = 0 if word.shared else self.letter
-        gain[np.arange(len(self.letter)), :, own] += self.deltas
-        pushed = np.zeros((self.base.size, len(word.glyphs)))
-        pushed[0::2] = origins.pushed[self.origin]
-        rows = word.advance_rows(pushed)
-        rows += gain.reshape(rows.shape)
-        base = (self.base + origins.base[self.origin]).ravel()
-        return AffineForm(base + pushed @ word.advance_base, rows, pushed)
-
     def _set(self, theta: Any) -> Any:
         gamma = self.word.regions.scalars(theta)
         return self._lay_out(gamma, self.word.unclipped_advances(gamma))
@@ -145,18 +110,18 @@ class AffinePoints(PointSet):
         widths = rows[..., None, :] @ slopes
         turns = by_letter(widths[..., 0, :], word.shared)
         jacobian = word.origins.jacobian(slopes, turns)[..., self.origin, :, :, :]
-        own = like(self.deltas, theta) @ slopes[..., self._own, :, :]
-        jacobian[..., xp.arange(len(self.letter)), :, self._own, :] += xp.moveaxis(own, -3, 0)
+        own = like(self.deltas, theta) @ slopes[..., self.vector, :, :]
+        jacobian[..., xp.arange(len(self.letter)), :, self.vector, :] += xp.moveaxis(own, -3, 0)
         return position, jacobian
 
     @property
-    def _own(self) -> IntArray:
-        """The axis vector of each point."""
+    def vector(self) -> IntArray:
+        """The axis vector in Θ that each point depends on, beside its origin, (p,)."""
         return np.zeros_like(self.letter) if self.word.shared else self.letter
 
     def _lay_out(self, gamma: Any, advances: Any) -> Any:
         """A point within its letter, at the letter's origin."""
-        moved = (like(self.deltas, gamma) @ gamma[..., self._own, :, None])[..., 0]
+        moved = (like(self.deltas, gamma) @ gamma[..., self.vector, :, None])[..., 0]
         origins = self.word.origins.value(gamma, advances.clip(0))
         return like(self.base, gamma) + moved + origins[..., self.origin, :]
 

@@ -79,7 +79,7 @@ class Word:
         if self.is_affine:
             self._place_glyphs(indices[count:])
         self._point_sets: Memo[PointSet] = Memo()
-        self.compiled_rows: Memo[Any] = Memo()
+        self.compiled_rows: Memo[Any] = Memo(16)
         """What energies compile from affine terms, for the next solve with the same ones."""
 
     def _place_glyphs(self, indices: list[IntArray]) -> None:
@@ -137,12 +137,6 @@ class Word:
     def can_vanish(self) -> Array:
         """Letters whose advance might be clamped at 0 somewhere, (l,): its least sum is < 0."""
         return self.advance_base + np.minimum(self.advance_deltas, 0).sum(1) < 0
-
-    def advance_rows(self, pushed: Array) -> Array:
-        """Advances as rows over the scalars: weights (r, l) to (r, parameters · M)."""
-        if self.shared:
-            return pushed @ self.advance_deltas
-        return (pushed[..., None] * self.advance_deltas).reshape(-1, self.advance_deltas.size)
 
     def unclipped_advances(self, gamma: Any) -> Any:
         """The sum of the deltas of each advance, (..., l), which may be negative.
