@@ -136,13 +136,25 @@ class Recipe:
 
 
 def levenberg_marquardt(
-    residual: Function, derivative: Function, project: Function, theta: Tensor, limit: int
+    residual: Function,
+    derivative: Function,
+    project: Function,
+    theta: Tensor,
+    limit: int,
+    renew: Callable[[Tensor], None] | None = None,
+    least_gain: float = LEAST_GAIN,
 ) -> tuple[Tensor, int]:
-    """Minimise by dense Levenberg–Marquardt; steps are projected before they are judged."""
-    r = residual(theta)
-    cost = float(r @ r)
+    """Minimise by dense Levenberg–Marquardt; steps are projected before they are judged.
+
+    The residual may depend on what ``renew`` finds at Θ before each step.
+    """
     damping, growth = 0.0, 2.0
     for iteration in range(limit):
+        if renew is not None:
+            renew(theta)
+        if renew is not None or iteration == 0:
+            r = residual(theta)
+            cost = float(r @ r)
         if cost <= COST_FLOOR:
             return theta, iteration
         j = derivative(theta)
@@ -170,6 +182,6 @@ def levenberg_marquardt(
         damping *= max(0.1, 1 - (2 * min(gain, 1.5) - 1) ** 3)
         growth = 2.0
         theta, r, cost = trial, r_trial, trial_cost
-        if gained <= LEAST_GAIN:
+        if gained <= least_gain:
             return theta, iteration + 1
     return theta, limit

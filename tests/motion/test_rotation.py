@@ -93,7 +93,11 @@ def test_the_derivatives_of_all_terms_are_exact(shared) -> None:
     )
     segments = np.concatenate([body.positions(place)[body.controls], obstacles])
     touches = Touches(body, outlines.gaps(segments, 60), obstacles)
-    moved = touches.relative(place) + 0.3
+    # Points and gaps are linear in the reduced coordinates.
+    np.testing.assert_allclose(body.positions(place), to_array(text.points()), atol=1e-9)
+    np.testing.assert_allclose(touches.apart.at(place), touches.gaps.gap, atol=1e-9)
+    apart = touches.gaps.ends(segments)
+    moved = apart[0] - apart[1] + 0.3
     terms = [
         Inertia(body, body.reduced_at(place) + 1),
         Contact(touches),

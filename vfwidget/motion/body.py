@@ -7,6 +7,7 @@ equal share of it to its control points, in proportion to its length.
 Within a letter the points move in few ways only: they are affine in the scalars γ. The *reduced
 coordinates* q of a letter are its points in an orthonormal basis of these ways, scaled by the roots
 of the masses. They keep all distances, so the kinetic energy is ½ |q̇|², with far fewer numbers.
+Every point of an outline is linear in them, so a contact costs a row.
 
 If letters can rotate, the basis contains every way together with the same one rotated by 90°. So a
 rotation by φ maps reduced coordinates to cos φ q + sin φ B (I ⊗ J) Bᵀ q, where B is the basis and J
@@ -16,7 +17,6 @@ the quarter turn of the plane.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -34,6 +34,8 @@ BESIDE = 1e-6
 """Inertia at a kink is measured at this distance from it, on both sides."""
 LEAST_INERTIA = 1e-6
 """Share of the largest inertia that every axis has at least, so that none is undetermined."""
+LEAST_MASS = 1e-6
+"""Share of the mean mass that every control point has at least, so that it is determined."""
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
 """The rotation of the plane by 90°, counterclockwise."""
 
@@ -75,9 +77,6 @@ class Body:
         self.text, self.word = text, text.word
         self.rotates = rotations
         self._turned = rotations or bool(text.rotations.any())
-        self.points = self.word.outline
-        if self._turned:
-            self.points = RotatedPoints.of(self.points, text.rotations)
         self.free = (AXES, OFFSETS) if positions else (AXES,)
         self.controls = self.word.contours.segments
         self._positions: Memo[Array] = Memo()
@@ -87,6 +86,10 @@ class Body:
         self.slices = [slice(a, b) for a, b in pairwise(ends)]
         self._roots = np.sqrt(self._masses(mass))
         self._bases = [self._basis(own) for own in self.slices]
+        self._lifts = [
+            (basis / np.repeat(self._roots[own], 2)).T
+            for basis, own in zip(self._bases, self.slices, strict=True)
+        ]
         stops = np.cumsum([0, *(len(basis) for basis in self._bases)])
         self.rows = [slice(a, b) for a, b in pairwise(stops)]
         self.lift = np.concatenate([self._translation(i) for i in range(len(self.rows))])
@@ -105,11 +108,13 @@ class Body:
         """The mass of every control point, (K,)."""
         points = self.word.outline.positions(self.text.place)[self.controls]
         length = np.hypot(*np.moveaxis(np.diff(points, axis=1), -1, 0)).sum(1)
-        shares = np.zeros(len(self.points.letter))
+        shares = np.zeros(len(self.word.outline.letter))
         np.add.at(shares, self.controls, np.repeat(length[:, None] / 4, 4, axis=1))
-        letter = self.points.letter
-        total = np.bincount(letter, shares, len(mass))
-        return shares * (mass / np.where(total > 0, total, 1.0))[letter]
+        letter = self.word.outline.letter
+        count = np.bincount(letter, minlength=len(mass))
+        mean = np.bincount(letter, shares, len(mass)) / np.maximum(count, 1)
+        shares = np.maximum(shares, LEAST_MASS * np.maximum(mean, 1.0)[letter])
+        return shares * mass[letter] / np.bincount(letter, shares, len(mass))[letter]
 
     def _basis(self, own: slice) -> Array:
         """An orthonormal basis (r, 2 k) of the ways in which a letter's points move."""
@@ -118,9 +123,8 @@ class Body:
         points = self.word.outline
         if not isinstance(points, AffinePoints) or not size:
             return np.eye(size)
-        ways = points.deltas[own]
+        ways = np.concatenate([points.deltas[own], points.base[own, :, None]], axis=2)
         if self._turned:
-            ways = np.concatenate([ways, points.base[own, :, None]], axis=2)
             ways = np.concatenate([ways, QUARTER @ ways], axis=2)
         shifts = np.broadcast_to(np.eye(2), (len(roots), 2, 2))
         ways = np.concatenate([ways, shifts], axis=2)
@@ -169,11 +173,7 @@ class Body:
 
     def positions(self, place: Mapping[str, Array]) -> Array:
         """All control points at a place, (K, 2)."""
-        return self._positions.get(_key(place), lambda: _at(self.points, place).positions(place))
-
-    def some(self, index: IntArray) -> Some:
-        """Some of the control points, to be evaluated by themselves."""
-        return Some(self.points, index)
+        return self._positions.get(_key(place), lambda: self.points(self.reduced_at(place)))
 
     def reduced(self, positions: Array) -> Array:
         """The reduced coordinates (r,) of control points (K, 2)."""
@@ -181,19 +181,44 @@ class Body:
         parts = [b @ weighted[own].ravel() for b, own in zip(self._bases, self.slices, strict=True)]
         return np.concatenate(parts)
 
-    def velocities(self, values: Array) -> Array:
-        """The velocities of all control points (K, 2), from those of reduced coordinates (r,)."""
-        parts = [values[rows] @ b for b, rows in zip(self._bases, self.rows, strict=True)]
-        roots = np.where(self._roots > 0, self._roots, np.inf)
-        return np.asarray(np.concatenate(parts).reshape(-1, 2) / roots[:, None])
+    def points(self, values: Array) -> Array:
+        """Vectors at all control points (K, 2), from reduced coordinates (r,)."""
+        parts = [m @ values[rows] for m, rows in zip(self._lifts, self.rows, strict=True)]
+        return np.concatenate(parts).reshape(-1, 2)
+
+    def rows_of(self, points: IntArray, vectors: Array) -> Array:
+        """Rows (C, r) whose product with reduced coordinates is Σ vectors · control points.
+
+        Parameters
+        ----------
+        points : (C, q) int array
+        vectors : (C, q, 2) array
+        """
+        shape = len(points), len(self._roots), 2
+        index = points + shape[1] * np.arange(shape[0])[:, None]
+        weights = np.bincount(
+            (2 * index[..., None] + [0, 1]).ravel(), vectors.ravel(), 2 * shape[0] * shape[1]
+        ).reshape(shape)
+        parts = [
+            weights[:, own].reshape(shape[0], len(m)) @ m
+            for own, m in zip(self.slices, self._lifts, strict=True)
+        ]
+        return np.concatenate(parts, axis=1)
 
     def reduced_at(self, place: Mapping[str, Array]) -> Array:
         """The reduced coordinates (r,) at a place."""
         return self._reduced.get(_key(place), lambda: self._reduced_at(place))
 
+    def _outline(self, place: Mapping[str, Array]) -> PointSet:
+        """The control points of letters with the angles of a place."""
+        points = self.word.outline
+        if not self._turned:
+            return points
+        return RotatedPoints.of(points, place.get(ROTATIONS, self.text.rotations))
+
     def _reduced_at(self, place: Mapping[str, Array]) -> Array:
         if self._deltas is None:
-            return self.reduced(self.positions(place))
+            return self.reduced(self._outline(place).positions(place))
         gamma = self.word.regions.scalars(place[AXES])
         own = self._fixed + (self._deltas * gamma[self._vector]).sum(1)
         if self._turned:
@@ -234,7 +259,7 @@ class Body:
 
     def _reduced_by_axes(self, place: Mapping[str, Array]) -> Array:
         if self._deltas is None:
-            moves = _at(self.points, place).positions_and_jacobian(place)[1]
+            moves = self._outline(place).positions_and_jacobian(place)[1]
             weighted = np.repeat(self._roots, 2)[:, None] * moves.reshape(2 * len(moves), -1)
             parts = [
                 b @ weighted[2 * own.start : 2 * own.stop]
@@ -258,61 +283,20 @@ class Body:
         """The scalar product of vectors (r,) in the part of each letter, (l,)."""
         return np.asarray(np.bincount(self.letter, first * second, len(self.rows)), dtype=float)
 
-    def translation(self, values: Array) -> Array:
-        """The part of a vector (r,) that moves letters as a whole, (r,)."""
+    def means(self, values: Array) -> Array:
+        """The mean displacement of each letter, (l, 2), by a vector (r,)."""
         x, y = self.lift.T
         masses = np.where(self.masses > 0, self.masses, 1.0)
-        means = np.stack([self.dot(x, values), self.dot(y, values)], 1) / masses[:, None]
-        return self.force(means)
+        return np.stack([self.dot(x, values), self.dot(y, values)], 1) / masses[:, None]
+
+    def translation(self, values: Array) -> Array:
+        """The part of a vector (r,) that moves letters as a whole, (r,)."""
+        return self.force(self.means(values))
 
     def by_letter(self, values: Array) -> Array:
         """Largest length of vectors at the control points (K, 2) in each letter, (l,)."""
         lengths = np.hypot(*values.T)
         return np.array([lengths[own].max(initial=0.0) for own in self.slices])
-
-
-class Some:
-    """Some control points of a text: their positions and moves at a place."""
-
-    def __init__(self, points: PointSet, index: IntArray) -> None:
-        self._points, self._index = points, index
-        self._latest: Memo[Array] = Memo()
-        self._moves: Memo[Array] = Memo()
-        upright = points.points if isinstance(points, RotatedPoints) else points
-        if isinstance(upright, AffinePoints):
-            names = ("letter", "origin", "base", "deltas")
-            self._points = replace(upright, **{n: getattr(upright, n)[index] for n in names})
-            self._index = np.arange(len(index))
-            if isinstance(points, RotatedPoints):
-                self._points = RotatedPoints.of(self._points, points.angles)
-
-    def positions(self, place: Mapping[str, Array]) -> Array:
-        """Positions (p, 2)."""
-        return self._latest.get(_key(place), lambda: self._at(place).positions(place)[self._index])
-
-    def moves(self, place: Mapping[str, Array]) -> Array:
-        """Derivative by the axes, (p, 2, p · n)."""
-        return self._moves.get(_key(place), lambda: self._moves_at(place))
-
-    def spins(self, place: Mapping[str, Array]) -> Array:
-        """Derivative by the angle of each point's letter, (p, 2)."""
-        points = self._at(place)
-        assert isinstance(points, RotatedPoints)
-        return points.spins(place[AXES])[self._index]
-
-    def _at(self, place: Mapping[str, Array]) -> PointSet:
-        return _at(self._points, place)
-
-    def _moves_at(self, place: Mapping[str, Array]) -> Array:
-        moves = self._at(place).positions_and_jacobian(place)[1][self._index]
-        return np.asarray(moves.reshape(len(moves), 2, place[AXES].size))
-
-
-def _at(points: PointSet, place: Mapping[str, Array]) -> PointSet:
-    """Points whose letters have the angles of a place."""
-    if isinstance(points, RotatedPoints) and ROTATIONS in place:
-        return replace(points, angles=place[ROTATIONS])
-    return points
 
 
 def _key(place: Mapping[str, Any]) -> bytes:

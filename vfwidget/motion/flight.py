@@ -23,7 +23,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..arrays import Array
-from ..text.place import ROTATIONS
+from ..text.place import OFFSETS, ROTATIONS, Place
 from .body import Body
 
 
@@ -71,6 +71,16 @@ class Flight:
         deformed += h * (self.velocity - self.rigid)
         whole = self.body.translation(self.reduced + h * self.velocity)
         return whole + self.body.rotated(deformed, angles)
+
+    def carried(self, goal: Array, h: float) -> Place:
+        """The place of undeformed letters in h seconds, whose mean points are those of ``goal``."""
+        place = dict(self.place)
+        if self.body.rotates:
+            place[ROTATIONS] = place[ROTATIONS] + h * self._turns
+        if OFFSETS in self.body.free:
+            way = goal - self.body.reduced_at(place)
+            place[OFFSETS] = place[OFFSETS] + self.body.means(way)
+        return Place(place)
 
     def velocity_at(self, place: Mapping[str, Array], goal: Array, h: float) -> Array:
         """The velocity (r,) at a place h seconds later, where ``goal`` (r,) is without contact."""

@@ -21,7 +21,7 @@ from .flight import Flight
 from .laws import Laws, State
 from .scene import Scene
 from .terms import Contact, Inertia, Springs
-from .warm import TOLERANCES, approach
+from .warm import TOLERANCES, approach, predicted
 
 MOST_STEPS = 40
 """Of the solver, for each solve."""
@@ -48,6 +48,9 @@ class FreeStep:
     ----------
     free : Place
         Where the motion leads without contact.
+    settled : bool
+        Whether this place has been solved for. Letters that were in contact are likely to stay so.
+        Then it is predicted only.
     now : (S, 4, 2) array
         All segments before the step.
     reach : float
@@ -74,12 +77,14 @@ class FreeStep:
         self.reduced = self.flight.reduced
         self.outlines, self.obstacles = self.scene.at(time)
         self.now = self.segments(state.place, self.obstacles)
-        self.set_duration(h)
+        self.set_duration(h, not self.touching.any())
 
-    def set_duration(self, h: float) -> None:
+    def set_duration(self, h: float, settled: bool = True) -> None:
         """Let the step last h seconds: the place to which it leads without contact."""
-        self.h = h
-        self.free = self.solve(self.motion())
+        self.h, self.settled = h, settled
+        terms = self.motion()
+        start = self.flight.carried(self.goal, h) if settled else None
+        self.free = self.solve(terms, None, start, settled=settled)
         outlines, self.later = self.scene.at(self.time + h)
         self.matches = outlines is self.outlines
         self.outlines = outlines
@@ -121,17 +126,19 @@ class FreeStep:
         contact: Contact | None = None,
         start: Mapping[str, Array] | None = None,
         free: tuple[str, ...] = (),
+        settled: bool = True,
     ) -> Place:
         """The place at which the terms are least, from the place of the state or from ``start``.
 
-        A search for contact starts where the motion leads without it. There the contacts that
-        matter are active, while at the place of the state they have no slope yet. The solver takes
-        over if the search does not settle.
+        The solver takes over if the search does not settle. If the place need not be ``settled``,
+        it is predicted by one step.
         """
         energy = Energy(self.text, terms, free=free or self.body.free)
         begin = energy.unknowns.start if start is None else energy.unknowns.flat(start)
-        x, settled = approach(energy, contact, begin)
         if not settled:
+            return Place(energy.unknowns.place(predicted(energy, contact, begin)))
+        x, found = approach(energy, contact, begin)
+        if not found:
             if contact is not None:
                 energy = energy.at(self.text, [*terms, contact])
             x = descend(energy, x, TOLERANCES, MOST_STEPS, scale_by_columns=True).state.x

@@ -120,7 +120,7 @@ class _Step(FreeStep):
     def taken(self, bounce: bool) -> tuple[State, float]:
         """The state after the step, and its duration; 0 for an impact."""
         near = self.gaps(self.now, self.reach)
-        if not len(near.gap):
+        if self.settled and not len(near.gap):
             return self.after(self.free), self.h
         part = self._part(near)
         self.longest = part * self.h
@@ -128,6 +128,9 @@ class _Step(FreeStep):
             self.set_duration(max(0.9 * part * self.h, self.laws.frame / MOST_CUTS))
         inside = self._resting()
         resting = bool(len(inside.gap))
+        if not resting and not self.settled:
+            self.set_duration(self.h)
+            return self.taken(bounce)
         if not resting:
             ahead = self.gaps(self.segments(self.free, self.later), self.reach)
             inside = ahead.some(ahead.gap < 0)
@@ -168,7 +171,7 @@ class _Step(FreeStep):
     def _fast(self, gaps: Gaps) -> BoolArray:
         """Which gaps close so fast that their contact is an impact, before any force acts."""
         velocities = np.zeros_like(self.now)
-        own = self.body.velocities(self.state.velocity)[self.body.controls]
+        own = self.body.points(self.state.velocity)[self.body.controls]
         velocities[: len(own)] = own
         if self.matches:
             velocities[len(own) :] = (self.later - self.obstacles) / self.h
@@ -190,18 +193,19 @@ class _Step(FreeStep):
         """The part of the step after which outlines have moved as far as they may."""
         way = self.ways[near.shape[:, 0], near.shape[:, 1]]
         room = np.maximum(near.gap, 0.0) + PART * self.scene.stroke[near.shape].min(1)
-        return float((room / np.maximum(way, 1e-12)).min())
+        return float((room / np.maximum(way, 1e-12)).min(initial=np.inf))
 
     def _in_contact(self, resting: bool) -> tuple[State, float]:
         """The state after a step with contact, without bounce, and its deepest contact."""
-        terms, place = self.motion(), self.free
-        before = Touches(self.body, self.gaps(self.now, self.reach), self.later)
-        touches = before if resting else self._touches(place, self.reach)
-        if touches.gaps.gap.min(initial=0.0) < -UNCLEAR and self.matches:
+        terms, place = self.motion(), self.state.place if resting else self.free
+        before = self.gaps(self.now, self.reach)
+        found = before if resting else self._gaps_at(place, self.reach)
+        if found.gap.min(initial=0.0) < -UNCLEAR and self.matches:
             # Deep inside, the nearest way out may lead to the wrong side. Before the step the
             # sides were clear.
-            place = self.solve(terms, Contact(before), place)
-            touches = self._touches(place, self.reach)
+            place = self.solve(terms, Contact(Touches(self.body, before, self.later)), place)
+            found = self._gaps_at(place, self.reach)
+        touches = Touches(self.body, found, self.later)
         rough, depth = resting and self.laws.friction > 0, 0.0
         if rough:
             # The solve with friction finds the contacts again.
@@ -239,17 +243,16 @@ class _Step(FreeStep):
         """The least place whose contacts are found there, the contacts, and how deep one is."""
         for _ in range(MOST_ROUNDS):
             place = self.solve(terms, Contact(touches), place)
-            found = self._touches(place, min(max(self.reach, NEARBY), DEEP))
-            depth = -float(found.gaps.gap.min(initial=0.0))
+            found = self._gaps_at(place, min(max(self.reach, NEARBY), DEEP))
+            depth = -float(found.gap.min(initial=0.0))
             if depth < DEEPEST:
                 break
-            touches = found
+            touches = Touches(self.body, found, self.later)
         return place, touches, depth
 
-    def _touches(self, place: Mapping[str, Array], reach: float) -> Touches:
-        """The contacts at a place at the end of the step."""
-        gaps = self.gaps(self.segments(place, self.later), reach)
-        return Touches(self.body, gaps, self.later)
+    def _gaps_at(self, place: Mapping[str, Array], reach: float) -> Gaps:
+        """The gaps at a place at the end of the step."""
+        return self.gaps(self.segments(place, self.later), reach)
 
     def _without_gain(self, state: State) -> State:
         """The state with no more energy than before the step; contact takes energy only."""

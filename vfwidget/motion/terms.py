@@ -9,16 +9,18 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, IntArray
+from ..arrays import Array
 from ..energy import Term
 from ..energy.rows import Rows
+from ..outline.cubics import bernstein
 from ..overlap.gaps import Gaps
 from ..text import Text
-from ..text.place import AXES, OFFSETS, ROTATIONS, Block
+from ..text.place import AXES, ROTATIONS, Block
 from .body import QUARTER, Body
 
 STIFFNESS = 1e3
@@ -80,56 +82,58 @@ class Touches:
     """
 
     def __init__(self, body: Body, gaps: Gaps, obstacles: Array) -> None:
-        self.gaps, self.normals = gaps, gaps.normal
+        self.gaps, self._body = gaps, body
         count = len(body.controls)
         moving = gaps.segment < count
-        s, t = 1 - gaps.t, gaps.t
-        weights = np.stack([s**3, 3 * s * s * t, 3 * s * t * t, t**3], -1)
-        weights[:, 1] *= -1
-        points = np.where(moving[..., None], body.controls[np.where(moving, gaps.segment, 0)], 0)
-        used, index = np.unique(points, return_inverse=True)
-        self._index: IntArray = index.reshape(points.shape)
-        self._points = body.some(used)
-        self._weights = weights * moving[..., None]
-        self._letter = np.where(moving, gaps.shape, -1)
-        self._fixed = np.zeros(self.normals.shape)
+        weights = np.moveaxis(bernstein(gaps.t), 0, -1) * [[1.0], [-1.0]]
+        self._points = body.controls[np.where(moving, gaps.segment, 0)].reshape(-1, 8)
+        self._weights = (weights * moving[..., None]).reshape(-1, 8)
+        self._fixed = np.zeros((len(moving), 2))
         if not moving.all():
             fixed = obstacles[np.where(moving, 0, gaps.segment - count)]
             self._fixed = np.einsum("csk,cskd->cd", weights * ~moving[..., None], fixed)
 
-    def relative(self, place: Mapping[str, Array]) -> Array:
-        """The first points as seen from the second ones, (C, 2)."""
-        points = self._points.positions(place)[self._index]
-        return np.einsum("csk,cskd->cd", self._weights, points) + self._fixed
+    @cached_property
+    def apart(self) -> Along:
+        """How far the first points are from the second ones, along the normals."""
+        return self._along(self.gaps.normal)
 
-    def jacobian(
-        self, directions: Array, place: Mapping[str, Array], slices: Mapping[str, slice]
-    ) -> Array:
-        """Derivative (C, N) of the relative positions along directions (C, 2)."""
-        jacobian = np.zeros((len(directions), max(part.stop for part in slices.values())))
-        used = np.flatnonzero(directions.any(1))
-        if not len(used):
-            return jacobian
-        index, letter, along = self._index[used], self._letter[used], directions[used]
-        each = self._weights[used, ..., None] * along[:, None, None]
-        if AXES in slices:
-            moves = self._points.moves(place)[index]
-            flat = each.reshape(len(used), 1, -1) @ moves.reshape(len(used), -1, moves.shape[-1])
-            jacobian[used, slices[AXES]] = flat[:, 0]
-        if OFFSETS in slices:
-            start = slices[OFFSETS].start
-            for side, sign in ((0, 1.0), (1, -1.0)):
-                row = np.flatnonzero(letter[:, side] >= 0)
-                for axis in range(2):
-                    column = start + 2 * letter[row, side] + axis
-                    jacobian[used[row], column] += sign * along[row, axis]
-        if ROTATIONS in slices:
-            slopes = (each * self._points.spins(place)[index]).sum((2, 3))
-            for side in range(2):
-                row = np.flatnonzero(letter[:, side] >= 0)
-                column = slices[ROTATIONS].start + letter[row, side]
-                jacobian[used[row], column] += slopes[row, side]
-        return jacobian
+    @cached_property
+    def aside(self) -> Along:
+        """How far the first points are beside the second ones, along the outlines."""
+        return self._along(self.gaps.normal @ QUARTER.T)
+
+    def _along(self, directions: Array) -> Along:
+        vectors = self._weights[..., None] * directions[:, None]
+        rows = self._body.rows_of(self._points, vectors)
+        return Along(self._body, rows, (self._fixed * directions).sum(1), directions)
+
+
+@dataclass(frozen=True, eq=False)
+class Along:
+    """The relative positions of C pairs of points along a direction each.
+
+    Attributes
+    ----------
+    rows : (C, r) array
+        Their derivative by the reduced coordinates.
+    fixed : (C,) array
+        The parts of points that are carried by an obstacle.
+    directions : (C, 2) array
+    """
+
+    body: Body
+    rows: Array
+    fixed: Array
+    directions: Array
+
+    def at(self, place: Mapping[str, Array]) -> Array:
+        """Their values at a place, (C,)."""
+        return np.asarray(self.rows @ self.body.reduced_at(place) + self.fixed)
+
+    def moves(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        """Their derivative by the free unknowns, (C, N)."""
+        return np.asarray(self.rows @ self.body.reduced_moves(place, slices))
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,8 +161,7 @@ class Contact(Term):
 
     def gaps_at(self, place: Mapping[str, Array]) -> Array:
         """The gaps minus those that are kept, (C,)."""
-        gaps = (self.touches.relative(place) * self.touches.normals).sum(1)
-        return np.asarray(gaps - self.least)
+        return np.asarray(self.touches.apart.at(place) - self.least)
 
     def force_at(self, place: Mapping[str, Array]) -> Array:
         """How strongly each contact presses, (C,)."""
@@ -167,8 +170,8 @@ class Contact(Term):
     def jacobian_at(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
         """Its derivative (C, N)."""
         beyond = self.residual_at(place) > 0
-        directions = -np.sqrt(self.weight) * beyond[:, None] * self.touches.normals
-        return self.touches.jacobian(directions, place, slices)
+        moves = self.touches.apart.moves(place, slices)
+        return -np.sqrt(self.weight) * beyond[:, None] * moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,10 +195,8 @@ class Friction(Term):
         """The displacements u (F,)."""
 
     @abstractmethod
-    def moves(
-        self, weights: Array, place: Mapping[str, Array], slices: Mapping[str, slice]
-    ) -> Array:
-        """Their derivative, times weights (F,): (F, N)."""
+    def moves(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        """Their derivative (F, N)."""
 
     def residual_at(self, place: Mapping[str, Array]) -> Array:
         """The residual (F,): the root of each share, with the sign of u."""
@@ -208,7 +209,8 @@ class Friction(Term):
         """Its derivative (F, N)."""
         u = self.moved(place)
         root = np.sqrt(u * u + SLIP * SLIP)
-        return self.moves(np.sqrt(self.limit * (root + SLIP) / 2) / root, place, slices)
+        slope = np.sqrt(self.limit * (root + SLIP) / 2) / root
+        return np.asarray(slope[:, None] * self.moves(place, slices))
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,24 +221,18 @@ class Sliding(Friction):
     ----------
     touches : Touches
     start : (C, 2) array
-        Their relative positions at the start of the time step.
+        The first points as seen from the second ones at the start of the time step.
     """
 
     touches: Touches
     start: Array
 
-    @property
-    def along(self) -> Array:
-        """Tangents of the outlines, (C, 2)."""
-        return self.touches.normals @ QUARTER.T
-
     def moved(self, place: Mapping[str, Array]) -> Array:
-        return np.asarray(((self.touches.relative(place) - self.start) * self.along).sum(1))
+        aside = self.touches.aside
+        return aside.at(place) - (self.start * aside.directions).sum(1)
 
-    def moves(
-        self, weights: Array, place: Mapping[str, Array], slices: Mapping[str, slice]
-    ) -> Array:
-        return self.touches.jacobian(weights[:, None] * self.along, place, slices)
+    def moves(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        return self.touches.aside.moves(place, slices)
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,12 +253,10 @@ class Rolling(Friction):
     def moved(self, place: Mapping[str, Array]) -> Array:
         return np.asarray(self.arm * (place[ROTATIONS] - self.start))
 
-    def moves(
-        self, weights: Array, place: Mapping[str, Array], slices: Mapping[str, slice]
-    ) -> Array:
-        jacobian = np.zeros((len(weights), max(part.stop for part in slices.values())))
-        jacobian[:, slices[ROTATIONS]] = np.diag(self.arm * weights)
-        return jacobian
+    def moves(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
+        moves = np.zeros((len(self.start), max(part.stop for part in slices.values())))
+        moves[:, slices[ROTATIONS]] = self.arm * np.eye(len(self.start))
+        return moves
 
 
 class _Rows:

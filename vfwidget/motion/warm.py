@@ -19,7 +19,7 @@ import numpy as np
 from ..arrays import Array
 from ..energy.energy import Energy
 from ..solver.drivers import answer
-from ..solver.linearize import cell, linearize
+from ..solver.linearize import cell, one_sided
 from ..solver.problem import Kind, Problem, Proximity, State, Tolerances
 from .terms import Contact
 
@@ -53,13 +53,12 @@ def approach(energy: Energy, contact: Contact | None, x: Array) -> tuple[Array, 
     settled : bool
         Whether no step of the model lowers the energy noticeably. Then x needs no other search.
     """
-    problem = Problem(
-        energy.lower, energy.upper, energy.kinks, proximity=Proximity(*energy.proximity)
-    )
-    here, before = _Point(energy, contact, problem, x), 0.0
+    here, before = _Point(energy, contact, x), 0.0
     for _ in range(MOST_STEPS):
-        step, promised = here.step()
         enough = TOLERANCES.least_decrease(here.cost)
+        if here.cost <= enough:
+            return here.x, True
+        step, promised = here.step()
         if promised <= enough:
             return here.x, True
         if promised <= NEARLY * enough and promised * promised <= enough * before:
@@ -67,7 +66,7 @@ def approach(energy: Energy, contact: Contact | None, x: Array) -> tuple[Array, 
             return np.clip(here.x + step, energy.lower, energy.upper), True
         for _ in range(MOST_HALVINGS):
             x = np.clip(here.x + step, energy.lower, energy.upper)
-            there = _Point(energy, contact, problem, x)
+            there = _Point(energy, contact, x)
             if there.cost < here.cost:
                 break
             step = step / 2
@@ -75,6 +74,11 @@ def approach(energy: Energy, contact: Contact | None, x: Array) -> tuple[Array, 
             break
         here, before = there, promised
     return here.x, False
+
+
+def predicted(energy: Energy, contact: Contact | None, x: Array) -> Array:
+    """Unknowns (N,) to which one step of the model leads from x (N,)."""
+    return np.clip(x + _Point(energy, contact, x).step()[0], energy.lower, energy.upper)
 
 
 class _Point:
@@ -85,35 +89,41 @@ class _Point:
     cost : float
     """
 
-    def __init__(self, energy: Energy, contact: Contact | None, problem: Problem, x: Array) -> None:
-        self.energy, self.contact, self.problem, self.x = energy, contact, problem, x
+    def __init__(self, energy: Energy, contact: Contact | None, x: Array) -> None:
+        self.energy, self.contact, self.x = energy, contact, x
+        self.problem = Problem(
+            energy.lower, energy.upper, energy.kinks, proximity=Proximity(*energy.proximity)
+        )
         residual = energy.residual(x)
         self._own, self._gaps = slice(0, len(residual)), np.zeros(0)
         if contact is not None:
             self._gaps = np.sqrt(contact.weight) * contact.gaps_at(energy.unknowns.place(x))
         self._residual = np.concatenate([residual, np.minimum(self._gaps, 0.0)])
-        self.cost = problem.cost(self._residual, x)
+        self.cost = self.problem.cost(self._residual, x)
 
     def _slopes(self, x: Array) -> Array:
         """The derivative of the residual and of the gaps, (r + C, N)."""
         jacobian, contact = self.energy.jacobian(x), self.contact
         if contact is None:
             return jacobian
-        unknowns, touches = self.energy.unknowns, contact.touches
-        normals = touches.jacobian(touches.normals, unknowns.place(x), unknowns.slices)
+        unknowns = self.energy.unknowns
+        normals = contact.touches.apart.moves(unknowns.place(x), unknowns.slices)
         return np.concatenate([jacobian, np.sqrt(contact.weight) * normals])
 
     def step(self) -> tuple[Array, float]:
         """The least d of the model up to the next kinks, and by how much it lowers the energy."""
         state = State(self.x, self._residual, self.cost)
-        model = answer(linearize(self.problem, state), {Kind.JACOBIAN: self._slopes})
+        weights, reference = self.energy.proximity
+        slopes, low, high = answer(one_sided(self.problem, state), {Kind.JACOBIAN: self._slopes})
         assert self.problem.kinks is not None
         below, above = cell(self.problem.kinks, self.x)
-        low, high = np.maximum(model.low, below), np.minimum(model.high, above)
-        jacobian, normals = np.split(model.jacobian, [self._own.stop])
-        curvature = jacobian.T @ jacobian + np.diag(model.weights)
-        slope = jacobian.T @ self._residual[self._own] + model.pull
-        size = np.sqrt(WALL * (np.diag(curvature) + (normals**2).max(0, initial=0.0)))
+        low, high = np.maximum(low, below), np.minimum(high, above)
+        jacobian, normals = slopes[self._own], slopes[self._own.stop :]
+        curvature = jacobian.T.dot(jacobian)
+        diagonal = curvature.ravel()[:: len(curvature) + 1]
+        diagonal += weights
+        slope = self._residual[self._own].dot(jacobian) + weights * (self.x - reference)
+        size = np.sqrt(WALL * (diagonal + (normals * normals).max(0, initial=0.0)))
         walls, room = [normals], [self._gaps]
         for side, end in ((1.0, -low), (-1.0, high)):
             near = np.isfinite(end)

@@ -25,8 +25,8 @@ STRAIGHT = 1e-3
 """A segment is straight if its handles deviate from its chord by at most so many font units."""
 NEWTON = 3
 """Newton steps for a projection, and for the nearest point of a curve."""
-SETTLED = 1e-13
-"""Newton's method ends when no parameter moves farther."""
+SETTLED = 1e-9
+"""Newton's method ends when no parameter moves farther. Its next step would be far smaller."""
 SAG = 4.0
 """A curve is at most so many font units away from its chords."""
 
@@ -105,6 +105,7 @@ class Outlines:
             Control points of all shapes. Inside a shape, points up to ``reach`` deep are found.
         """
         low, high = segments.min(1), segments.max(1)
+        bent = ~straight(segments)
         filled = np.flatnonzero(np.diff(self.slices))
         starts = self.slices[filled]
         bottom, top = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
@@ -121,13 +122,13 @@ class Outlines:
                     for k in (a, b)
                 )
                 if len(own) and len(other):
-                    chords[filled[a], filled[b]] = _Chords(segments, other)
-                    found.append(_nearby(segments, own, chords[filled[a], filled[b]], box, reach))
+                    known = chords[filled[a], filled[b]] = _Chords(segments, other, bent)
+                    found.append(_nearby(segments, own, bent, known, box, reach))
         if not found:
             return _NONE
         samples = self._project(segments, *(np.concatenate(v) for v in zip(*found, strict=True)))
         samples = samples.some(abs(samples.gap) < reach)
-        nearest = self._nearest(segments, samples, chords)
+        nearest = self._nearest(segments, samples, bent, chords)
         return _joined([samples, nearest.some(abs(nearest.gap) < reach)])
 
     def _project(
@@ -143,7 +144,11 @@ class Outlines:
         return self._measured(segments, segment, t, index, s)
 
     def _nearest(
-        self, segments: Array, samples: Gaps, chords: Mapping[tuple[int, int], _Chords]
+        self,
+        segments: Array,
+        samples: Gaps,
+        bent: BoolArray,
+        chords: Mapping[tuple[int, int], _Chords],
     ) -> Gaps:
         """The points of curves that are nearest to the other shape, from the nearest samples."""
         order = np.lexsort((samples.gap, samples.shape[:, 1], samples.segment[:, 0]))
@@ -157,10 +162,10 @@ class Outlines:
         index = np.concatenate([best.segment[:, 1], corner.segment[:, 1]])
         s = np.concatenate([best.t[:, 1], corner.t[:, 1]])
         normal = np.concatenate([best.normal, corner.normal])
-        bent = np.flatnonzero(~straight(segments[segment]))
-        if not len(bent):
+        curved = np.flatnonzero(bent[segment])
+        if not len(curved):
             return _NONE
-        segment, t, index, s, normal = (v[bent] for v in (segment, t, index, s, normal))
+        segment, t, index, s, normal = (v[curved] for v in (segment, t, index, s, normal))
         own, other = coefficients(segments[segment]), coefficients(segments[index])
         low, high = np.maximum(t - 1 / CHORDS, 0), np.minimum(t + 1 / CHORDS, 1)
         for _ in range(2 * NEWTON):
@@ -220,8 +225,8 @@ class Outlines:
 class _Chords:
     """Chords that replace some segments in the search for the nearest point."""
 
-    def __init__(self, segments: Array, which: IntArray) -> None:
-        bent = ~straight(segments[which])
+    def __init__(self, segments: Array, which: IntArray, bent: BoolArray) -> None:
+        bent = bent[which]
         self.index = np.concatenate([which[~bent], np.repeat(which[bent], CHORDS)])
         curved = int(bent.sum())
         self.first = np.zeros(len(self.index))
@@ -238,10 +243,15 @@ class _Chords:
 
 
 def _nearby(
-    segments: Array, own: IntArray, chords: _Chords, box: tuple[Array, Array], reach: float
+    segments: Array,
+    own: IntArray,
+    bent: BoolArray,
+    chords: _Chords,
+    box: tuple[Array, Array],
+    reach: float,
 ) -> tuple[IntArray, Array, IntArray, Array]:
     """Points of some segments that are near chords of others: segment, t, segment, parameter."""
-    inner = own[~straight(segments[own])]
+    inner = own[bent[own]]
     segment = np.concatenate([own, np.repeat(inner, CHORDS - 1)])
     t = np.concatenate([np.zeros(len(own)), np.tile(np.arange(1, CHORDS) / CHORDS, len(inner))])
     position = (_bernstein(t)[..., None] * segments[segment]).sum(1)

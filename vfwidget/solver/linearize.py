@@ -32,7 +32,7 @@ def linearize(problem: Problem, state: State) -> Generator[Request, Array, Model
     SolveError
         The Jacobian has the wrong shape, or is not finite.
     """
-    jacobian, low, high = yield from _one_sided(problem, state)
+    jacobian, low, high = yield from one_sided(problem, state)
     if jacobian.shape != (len(state.residual), len(state.x)):
         raise SolveError(
             f"The Jacobian has shape {jacobian.shape}; {len(state.residual)} residuals of "
@@ -44,7 +44,7 @@ def linearize(problem: Problem, state: State) -> Generator[Request, Array, Model
     return model
 
 
-def _one_sided(
+def one_sided(
     problem: Problem, state: State
 ) -> Generator[Request, Array, tuple[Array, Array, Array]]:
     """The Jacobian on the sides on which the cost falls, and the range of a step, low and high."""
