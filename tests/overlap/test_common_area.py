@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import vfwidget as vf
 from vfwidget.overlap.common_area import common_area, pairs_nearby
 from vfwidget.overlap.shape import Shape, letters, polygon
+from vfwidget.overlap.shortened import shortened
 
 checked = settings(deadline=None, derandomize=True, max_examples=60)
 CHORDS = 256
@@ -236,3 +237,19 @@ def test_a_lens_between_two_heights_at_which_curves_are_compared():
     lens = area(closed(one, 300), closed(other, 600))
     assert lens == pytest.approx(by_clipper(closed(one, 300), closed(other, 600)), abs=3e-3)
     assert lens > 2
+
+
+@pytest.mark.parametrize("turn", range(4))
+def test_what_lies_beyond_a_side_of_the_other_box_is_one_chord(turn):
+    quarter = np.linalg.matrix_power(np.array([[0.0, 1], [-1, 0]]), turn)
+    angles = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    ring = np.stack([np.cos(angles), np.sin(angles)], 1) * 100
+    disc = Shape(np.concatenate([polygon(ring), polygon(0.9 * ring[::-1])]) @ quarter, [40, 40])
+    beam = Shape(box(80, -5, 200, 10).segments @ quarter, [4])
+    outlines, _ = shortened([(disc, beam)])
+    assert len(outlines.points) < 20
+    assert area(disc, beam) == pytest.approx(by_clipper(disc, beam, 1), abs=1e-3)
+    # A contour around a shape keeps its winding number there.
+    spot = Shape(box(-5, -5, 10, 10).segments @ quarter, [4])
+    assert area(Shape(disc.segments[:40], [40]), spot) == pytest.approx(100, abs=1e-6)
+    assert area(disc, spot) == pytest.approx(0, abs=1e-6)

@@ -7,6 +7,8 @@ import pytest
 
 import vfwidget as vf
 from benchmarks.overlap_cases import cases
+from vfwidget.energy.tied import energy_of
+from vfwidget.overlap.walls import Room
 
 HUGE = [(-5000, -5000), (5000, -5000), (5000, 5000), (-5000, 5000)]
 
@@ -97,6 +99,15 @@ def test_a_free_state_at_the_bounds_of_several_axes_is_found():
     solution = vf.resolve_overlaps(text, restarts=1)
     assert solution.free and vf.overlaps(solution.text) == []
     assert float((solution.theta - text.theta).norm()) < 2.0
+
+
+def test_a_free_state_has_no_inequalities():
+    text = vf.Text("recursive", "NT")
+    energy = energy_of(text, [vf.StayClose()])
+    room, x = Room(energy, vf.NoOverlap().bind(text)), energy.unknowns.start
+    model = room.model(room.look(x))
+    assert model.own.slopes.shape == (0, len(x))
+    np.testing.assert_array_equal(model.minimum(), x)
 
 
 def test_locks_are_respected():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fonts
+import formats
 import numpy as np
 import pytest
 import torch
@@ -259,6 +260,23 @@ def test_spaces_only_have_an_advance_and_nothing_to_hold():
         text.nearest(0, 0)
     with pytest.raises(vf.GlyphError, match="has no outline point at"):
         text.handle()
+
+
+@pytest.mark.parametrize("shared", [True, False])
+@pytest.mark.parametrize("kind", ["upright", "rotated", "with variable components"])
+def test_some_points_are_those_of_all(kind, shared):
+    font = vf.load_font(formats.varc()) if kind.startswith("with") else "recursive"
+    text = vf.Text(font, "cc", shared=shared)
+    if kind == "rotated":
+        text = text.at(rotations=[0.3, -0.2])
+    points, which = text.point_set(), np.array([3, 0, 7])
+    place = {**text.place, "axes": random_theta(text).numpy()}
+    for found, every in zip(
+        points.some(which).positions_and_jacobian(place),
+        points.positions_and_jacobian(place),
+        strict=True,
+    ):
+        np.testing.assert_allclose(found, every[which], rtol=1e-12, atol=1e-12)
 
 
 def test_letters_from_right_to_left_stand_in_the_order_seen():

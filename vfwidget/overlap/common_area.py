@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, IntArray, expand
+from ..arrays import Array, IntArray, expand, sum_at
 from ..outline.area import areas, swept, weighted_powers
 from ..outline.arrangement import Spans, boundary
 from ..outline.monotone import coefficients, evaluate
-from ..outline.near import near_pairs
 from .shape import CLOSED, Shape
+from .shortened import shortened
 
 
 class Pieces(NamedTuple):
@@ -148,53 +148,19 @@ def _nearby(first: Array, second: Array, gap: float) -> IntArray:
 
 
 def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
-    """The common areas of pairs of shapes.
-
-    Contours that lie outside the box of the other shape are left out: inside that box they do not
-    change the winding number. Pairs of which no two segments come near each other are left out,
-    unless a contour may lie inside the other shape.
-    """
-    parts: list[Array] = [np.zeros((0, 4, 2))]
-    sizes: list[int] = []
-    indices, of, layers, contour_of = [], [], [], list[int]()
-    origin, kept = np.zeros((len(pairs), 2)), np.zeros(len(pairs), dtype=bool)
-    for p, (first, second) in enumerate(pairs):
-        (low, high), (bottom, top) = first.box, second.box
-        origin[p] = (np.maximum(low, bottom) + np.minimum(high, top)) / 2
-        for layer, (shape, other) in enumerate(((first, second), (second, first))):
-            index, counts = shape.near(other.box)
-            parts.append(shape.segments[index] - origin[p])
-            indices.append(index)
-            of.append(np.full(len(index), p))
-            layers.append(np.full(len(index), layer))
-            sizes += counts
-            contour_of += [p] * len(counts)
-            kept[p] |= shape.has_contour_in(other.box)
-    points = np.concatenate(parts)
-    pair, layer_of, index_of = (_joined(column) for column in (of, layers, indices))
-    kept[_with_near_segments(points, pair, layer_of)] = True
-    if not kept.all():
-        some = kept[pair]
-        pair, layer_of, index_of = (column[some] for column in (pair, layer_of, index_of))
-        points = points[some]
-        sizes = [size for size, p in zip(sizes, contour_of, strict=True) if kept[p]]
-    curves = coefficients(points)
-    if sizes:
-        spans = boundary(curves, sizes, pair, _in_both, layer_of)
+    """The common areas of pairs of shapes, each of which has an outline."""
+    outlines, origin = shortened(pairs)
+    pair, layer = np.divmod(outlines.shape, 2)
+    curves = coefficients(outlines.points - origin[pair, None])
+    if len(pair):
+        sizes = [size for size in np.bincount(outlines.contour).tolist() if size]
+        spans = boundary(curves, sizes, pair, _in_both, layer)
     else:
-        spans = Spans(index_of, *[np.zeros(0)] * 3)
-    area = np.bincount(pair[spans.cubic], areas(curves, spans), len(pairs))
+        spans = Spans(pair, *[np.zeros(0)] * 3)
+    area = sum_at(pair[spans.cubic], areas(curves, spans), len(pairs))
     # Nothing but rounding is below zero.
-    return Common(np.maximum(area, 0.0), pair, layer_of, index_of, curves, origin, spans)
-
-
-def _with_near_segments(points: Array, pair: IntArray, layer: IntArray) -> IntArray:
-    """The pairs in which boxes around segments (C, 4, 2) of both shapes overlap or touch."""
-    if not len(points):
-        return pair
-    low, high = points.min(1).T - CLOSED, points.max(1).T + CLOSED
-    (one, other), _, _ = near_pairs(low, high, pair)
-    return np.asarray(pair[one[layer[one] != layer[other]]])
+    area = np.maximum(area, 0.0)
+    return Common(area, pair, layer, outlines.segment, curves, origin, spans)
 
 
 def _clusters(group: IntArray, low: Array, high: Array) -> IntArray:
@@ -209,10 +175,6 @@ def _clusters(group: IntArray, low: Array, high: Array) -> IntArray:
     number = np.empty_like(group)
     number[order] = np.cumsum(opens) - 1
     return number
-
-
-def _joined(columns: list[IntArray]) -> IntArray:
-    return np.concatenate([np.zeros(0, dtype=np.intp), *columns])
 
 
 def _in_both(winding: Any) -> Any:

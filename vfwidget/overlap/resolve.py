@@ -47,6 +47,8 @@ BACK = 0.01
 """The way back to the user's state is halved down to this part of it."""
 STILL = 1e-6
 """A search ends at a step that is shorter, in normalized coordinates."""
+CHOICES = 2
+"""Times that the best bound of each unknown is chosen for a restart."""
 TOLERANCES = Tolerances(step=1e-5, absolute_cost=1e-4, cost_floor=1e-5)
 """Of a descent of the common area: in normalized coordinates, and in square font units."""
 
@@ -250,14 +252,17 @@ class _Search:
     def each_best(self, ends: Array) -> Array:
         """The place at which each unknown has the value, of its start and its bounds, that is best.
 
-        For each of them the common area is compared while the others stay at their start.
+        For each of them the common area is compared while the others stay. This is repeated from
+        the place that was found, because some unknowns matter only once others have changed.
         """
         x, count = self.start, len(self.start)
-        states = [np.where(np.arange(count) == i, end, x) for end in ends for i in range(count)]
-        area, *others = self.room.areas(x, *states)
-        least = np.reshape(others, (2, count))
-        best = ends[least.argmin(0), np.arange(count)]
-        return np.asarray(np.where(least.min(0) < area, best, x))
+        for _ in range(CHOICES):
+            states = [np.where(np.arange(count) == i, end, x) for end in ends for i in range(count)]
+            area, *others = self.room.areas(x, *states)
+            least = np.reshape(others, (2, count))
+            best = ends[least.argmin(0), np.arange(count)]
+            x = np.where(least.min(0) < area - TOUCH, best, x)
+        return x
 
     def back(self, x: Array, limit: float) -> tuple[Array, Look]:
         """The last state on the way from x to the user's state before the excess passes a limit.

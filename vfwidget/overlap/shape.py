@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, IntArray, to_array
+from ..arrays import Array, to_array
 from ..errors import OverlapError
 from ..outline.area import areas
 from ..outline.arrangement import Spans, boundary
@@ -71,16 +71,6 @@ class Shape:
         spans = self.union()
         middle = self.segments.mean((0, 1))
         return float(areas(coefficients(self.segments - middle), spans).sum())
-
-    def near(self, box: Array) -> tuple[IntArray, list[int]]:
-        """The segments of the contours that reach into a box, and their numbers."""
-        kept = ((self.boxes[:, 0] < box[1]) & (self.boxes[:, 1] > box[0])).all(1)
-        sizes = np.array(self.sizes, dtype=np.intp)
-        return np.flatnonzero(np.repeat(kept, sizes)), sizes[kept].tolist()
-
-    def has_contour_in(self, box: Array) -> bool:
-        """Whether a contour lies inside a box."""
-        return bool(((self.boxes[:, 0] >= box[0]) & (self.boxes[:, 1] <= box[1])).all(1).any())
 
 
 def letters(text: Text, points: Array | None = None) -> list[Shape]:

@@ -169,9 +169,12 @@ class Room:
         pair, depths, margins, gradients = self.contacts(look)
         places = [self.energy.unknowns.place(x) for x in sides]
         place = {**places[0], AXES: np.stack([place[AXES] for place in places])}
-        moves = self.points.positions_and_jacobian(place)[1]
-        size = 2 * len(look.points)
-        slopes = gradients.reshape(len(pair), size) @ moves.reshape(len(sides), size, -1)
+        # Only few of the points are next to an overlap.
+        touched = np.flatnonzero(gradients.any((0, 2)))
+        moves = self.points.some(touched).positions_and_jacobian(place)[1]
+        size = 2 * len(touched)
+        own = gradients[:, touched].reshape(len(pair), size)
+        slopes = own @ moves.reshape(len(sides), size, places[0][AXES].size)
         return [
             Walls(pair, by, depths - by @ look.x, margins)
             for by in map(self.energy.by_unknowns, slopes)

@@ -72,6 +72,10 @@ class PointSet(ABC):
         return place[OFFSETS][self.letter] + tracking
 
     @abstractmethod
+    def some(self, which: IntArray) -> PointSet:
+        """Some of the points, by their indices."""
+
+    @abstractmethod
     def _set(self, theta: Any) -> Any:
         """The points where the layout sets them, (..., p, 2)."""
 
@@ -95,6 +99,11 @@ class AffinePoints(PointSet):
     base: Array
     deltas: Array
     word: Any = field(repr=False)
+
+    def some(self, which: IntArray) -> AffinePoints:
+        """See :meth:`PointSet.some`."""
+        letter, origin = self.letter[which], self.origin[which]
+        return AffinePoints(letter, origin, self.base[which], self.deltas[which], self.word)
 
     def _set(self, theta: Any) -> Any:
         gamma = self.word.regions.scalars(theta)
@@ -153,6 +162,11 @@ class BlendedPoints(PointSet):
     index: IntArray
     weights: Array
     word: Any = field(repr=False)
+
+    def some(self, which: IntArray) -> BlendedPoints:
+        """See :meth:`PointSet.some`."""
+        letter, origin = self.letter[which], self.origin[which]
+        return BlendedPoints(letter, origin, self.index[which], self.weights[which], self.word)
 
     def _set(self, theta: Any) -> Any:
         parts = [glyph.outline.value(w) for glyph, w in self.word.letters(theta)]
@@ -215,6 +229,11 @@ class RotatedPoints(PointSet):
         """Points of a word, rotated with their letters."""
         start = points.word.starts(points.letter)
         return RotatedPoints(points.letter, points.letter, points, start, angles, points.word)
+
+    def some(self, which: IntArray) -> RotatedPoints:
+        """See :meth:`PointSet.some`."""
+        points, start = self.points.some(which), self.start.some(which)
+        return RotatedPoints(points.letter, points.letter, points, start, self.angles, self.word)
 
     def spins(self, theta: Array) -> Array:
         """The derivative of each point by the angle of its letter, (p, 2)."""
