@@ -92,6 +92,35 @@ def test_apexes_do_not_depend_on_the_substeps(font) -> None:
     np.testing.assert_allclose(few[:2], many[:2], rtol=0.05)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("font", "string", "substeps"),
+    [("recursive", "O", 2), ("roboto-flex", "H", "auto"), ("dynapuff", "o", "auto")],
+)
+def test_with_restitution_1_a_letter_bounces_as_high_for_ten_seconds(
+    font, string, substeps
+) -> None:
+    text = high(string, font, y=800)
+    bounces = simulated(
+        text,
+        600,
+        forces=(0, -G),
+        obstacles=[FLOOR],
+        positions=True,
+        restitution=1.0,
+        substeps=substeps,
+    )
+    start = text.point_set().positions(text.place)[:, 1].min()
+    apexes = heights(bounces)
+    # A bounce takes about 1.03 s.
+    assert len(apexes) >= 9
+    np.testing.assert_allclose(apexes, start, rtol=0.05)
+    # Per frame, and in all.
+    assert np.diff(bounces.energy).max() <= 1e-4 * G * 800
+    assert bounces.energy.max() <= bounces.energy[0] + 1e-4 * G * 800
+    assert bounces.penetration.max() < 0.5
+
+
 def test_without_restitution_a_letter_stays_on_the_floor() -> None:
     fall = simulated(
         high(y=200), 40, forces=(0, -G), obstacles=[FLOOR], positions=True, restitution=0.0
