@@ -93,7 +93,7 @@ def cross(
         Those met, in order.
     """
     met: list[Boundary] = []
-    if len(energy.text.composition.settings.rows) == 1:
+    if len(energy.text.composition.settings.rows) == 1 or found.at_bounds is None:
         return energy, found, met
     letters = len(energy.text.coordinates)
     refused: dict[Entry, Boundary] = {}

@@ -23,8 +23,10 @@ def bound(term: Term, text: Text) -> Term:
     Raises
     ------
     SolveError
-        ``bind`` returns no term, or finds the term not valid for this text.
+        It is no term, or ``bind`` returns none or finds the term not valid for this text.
     """
+    if not isinstance(term, Term):
+        raise no_terms()
     found = term.bind(text)
     if not isinstance(found, Term):
         raise SolveError(
@@ -32,6 +34,11 @@ def bound(term: Term, text: Text) -> Term:
             f"received {type(found).__name__}."
         )
     return found
+
+
+def no_terms() -> SolveError:
+    """The error for a solve without terms."""
+    return SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
 
 
 def blocks_of(term: Term, text: Text) -> Mapping[str, Block]:
@@ -110,9 +117,8 @@ def proximity_of(term: Term, text: Text, unknowns: Unknowns) -> tuple[Array, Arr
     if type(own) is dict and not own:
         return None
     try:
-        weights, reference = (
-            unknowns.flat({name: pair[side] for name, pair in own.items()}) for side in (0, 1)
-        )
+        weights = unknowns.flat({name: pair[0] for name, pair in own.items()})
+        reference = unknowns.flat({name: pair[1] for name, pair in own.items()})
         # One number shows whether all are finite.
         sound = min(weights.tolist()) >= 0 and math.isfinite(weights.dot(reference))
     except (AttributeError, IndexError, KeyError, TypeError, ValueError):

@@ -13,7 +13,7 @@ from ..solver.problem import check_size
 from ..text import Text
 from ..text.place import AXES, OFFSETS, TRACKING, Block, Unknowns
 from .affine import AffineRows, AffineTerm, compiled
-from .checked import blocks_of, bound, located, miss_of, proximity_of
+from .checked import blocks_of, bound, located, miss_of, no_terms, proximity_of
 from .rows import PointRows, Rows, wrong_rows
 from .term import Term, TermResult
 
@@ -68,8 +68,8 @@ class Energy:
         locks: Collection[str] = (),
         followers: int = 0,
     ) -> None:
-        if not terms or not all(isinstance(term, Term) for term in terms):
-            raise SolveError("solve needs a list of terms, such as [vf.Target(handle, (x, y))].")
+        if not terms:
+            raise no_terms()
         self.text = text
         self._options = free, locks, followers
         self.terms = [bound(term, text) for term in terms]

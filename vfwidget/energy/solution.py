@@ -48,8 +48,6 @@ class Solution:
         The same in words, with the axis bounds that limit the result.
     terms : list of TermResult
         Each term at ``text``, in the order given.
-    history : list of Iterate
-        (Θ, cost) of every accepted step, the start included.
     elsewhere : Text or None
         A place that misses the goals by less, but too far away to go there unasked: some outline
         point would move by more than 2 % of the em without a missed goal being met.
@@ -65,10 +63,16 @@ class Solution:
     status: str
     message: str
     terms: list[TermResult]
-    history: list[Iterate]
     _active: Callable[[], Array] | None
+    _history: Callable[[], list[Iterate]] | None
     elsewhere: Text | None = field(default=None)
     boundaries: list[Boundary] = field(default_factory=list)
+
+    @cached_property
+    def history(self) -> list[Iterate]:
+        """(Θ, cost) of every accepted step, the start included."""
+        assert self._history is not None
+        return self._history()
 
     @cached_property
     def active(self) -> Array:
@@ -81,7 +85,8 @@ class Solution:
 
     def __getstate__(self) -> dict[str, Any]:
         # A pickle holds the numbers, and not the energy from which they are found.
-        return {**self.__dict__, "active": self.active, "_active": None}
+        found = {"active": self.active, "history": self.history}
+        return {**self.__dict__, **found, "_active": None, "_history": None}
 
     @property
     def misses(self) -> list[float]:

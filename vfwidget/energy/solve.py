@@ -16,7 +16,7 @@ from ..solver.least_squares import Iterate
 from ..solver.problem import Tolerances, is_count, is_number, read_limit
 from ..solver.status import CONVERGED
 from ..text import Text
-from ..text.place import AXES, Place
+from ..text.place import AXES, Place, Unknowns
 from .boundaries import Boundary, at_ends, cross
 from .descent import Descent, descend, held_axes
 from .energy import Energy
@@ -226,11 +226,16 @@ def solution_of(
         status=status,
         message=message,
         terms=best.results,
-        history=[Iterate(unknowns.value(AXES, x), cost) for x, cost in best.history],
         _active=active,
+        _history=partial(_iterates, unknowns, best),
         elsewhere=None if elsewhere is None else text.moved_to(unknowns.place(elsewhere.state.x)),
         boundaries=list(boundaries),
     )
+
+
+def _iterates(unknowns: Unknowns, best: Descent) -> list[Iterate]:
+    """:attr:`Solution.history`."""
+    return [Iterate(unknowns.value(AXES, x), cost) for x, cost in best.history]
 
 
 def _held_ends(energy: Energy, best: Descent) -> Array:

@@ -36,9 +36,10 @@ def energy_of(
     SolveError
         As :class:`Energy`; or ``ties`` are no groups of letters, or a letter is in two of them.
     """
-    followers, leaders = 0, np.arange(len(text.glyphs))
-    if not isinstance(ties, tuple | list) or ties:
-        leaders = _leaders(ties, len(leaders))
+    if isinstance(ties, tuple | list) and not ties:
+        return Energy(text, terms, free, locks)
+    leaders = _leaders(ties, len(text.glyphs))
+    followers = 0
     if not text.shared:
         followers = int(np.count_nonzero(leaders != np.arange(len(leaders))))
     energy = Energy(text, terms, free, locks, followers)

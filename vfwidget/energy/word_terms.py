@@ -70,7 +70,7 @@ class StayClose(Term):
 
     def proximity(self, text: Text) -> Mapping[str, tuple[Array, Array]]:
         reference = to_array(self.theta)
-        return {AXES: (self.weight + np.zeros(reference.shape), reference)}
+        return {AXES: (np.full(reference.shape, self.weight), reference)}
 
 
 @dataclass(frozen=True)

@@ -158,9 +158,11 @@ class Slots:
 
     def _products(self, phi: Any, slope: Any) -> tuple[Any, Any]:
         """γ and its derivative by the axis of each slot, from φ and its slope."""
-        if phi.shape[-1] > 1:
-            slope = slope * _product(_at(phi, self._others))
-        return _product(phi), slope
+        if phi.shape[-1] == 1:
+            return phi[..., 0], slope
+        others = _product(_at(phi, self._others))
+        # These are the multiplications of _product(phi), in the same order.
+        return phi[..., 0] * others[..., 0], slope * others
 
 
 class Regions(Slots):
@@ -215,9 +217,9 @@ def _at(values: Any, index: IntArray) -> Any:
 
 def _product(factors: Any) -> Any:
     """The product over the last dimension, which is short; quicker than numpy's own."""
-    product = factors[..., 0]
-    for i in range(1, factors.shape[-1]):
-        product = product * factors[..., i]
+    product = factors[..., -1]
+    for i in range(factors.shape[-1] - 2, -1, -1):
+        product = factors[..., i] * product
     return product
 
 

@@ -73,7 +73,7 @@ class Composition:
         self.options = font.shaping_options(**shaping)
         self._layouts = layouts(font, string, self.options)
         self._words: Memo[Word] = Memo()
-        self._latest: Setting | None = None
+        self._latest: tuple[Array | None, Setting | None] = None, None
 
     def regrouped(self, shared: bool) -> Composition:
         """The same string with axes shared by all letters, or not."""
@@ -124,10 +124,9 @@ class Composition:
         displacement = self.font.displacement
         if displacement is None:
             _, lower, upper = self._setting_at(theta)
-        else:
-            boxes = np.array([self._box_within(w, displacement) for w in theta])
-            lower, upper = boxes[:, 0], boxes[:, 1]
-        return np.minimum(lower, theta), np.maximum(upper, theta)
+            return lower, upper
+        boxes = np.array([self._box_within(w, displacement) for w in theta])
+        return np.minimum(boxes[:, 0], theta), np.maximum(boxes[:, 1], theta)
 
     @cached_property
     def _bounds(self) -> tuple[Array, Array] | None:
@@ -138,10 +137,19 @@ class Composition:
         return lower, upper
 
     def _setting_at(self, theta: Array) -> Setting:
-        """The setting at Θ. The latest one is kept, because a drag seldom leaves it."""
-        latest = self._latest
+        """The setting at Θ, which nobody writes to.
+
+        The latest one is kept, because a drag seldom leaves it.
+        """
+        at, latest = self._latest
+        if at is theta and latest is not None:
+            return latest
         if latest is None or np.count_nonzero((theta < latest.lower) | (theta > latest.upper)):
-            self._latest = latest = Setting(self._word_at(theta), *self.settings.box_at(theta))
+            lower, upper = self.settings.box_at(theta)
+            # HarfBuzz rounds, so that Θ may lie just outside.
+            sides = np.minimum(lower, theta), np.maximum(upper, theta)
+            latest = Setting(self._word_at(theta), *sides)
+        self._latest = theta, latest
         return latest
 
     def _word_at(self, final: Array) -> Word:

@@ -53,6 +53,11 @@ def carry(handle: Handle, word: Word) -> Handle:
     """
     if handle.word is word:
         return handle
+    return word.carried.get(handle, lambda: _carried(handle, word))
+
+
+def _carried(handle: Handle, word: Word) -> Handle:
+    """As :func:`carry`, from another word."""
     letter = _letter(handle, word)
     before, after = handle.word.glyphs[handle.glyph], word.glyphs[letter]
     if before.contours == after.contours:

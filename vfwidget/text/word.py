@@ -79,6 +79,8 @@ class Word:
         if self.is_affine:
             self._place_glyphs(indices[count:])
         self._point_sets: Memo[PointSet] = Memo()
+        self.carried: Memo[Handle] = Memo()
+        """Handles of the same text in another setting, as handles of this word."""
         self.compiled_rows: Memo[Any] = Memo(16)
         """What energies compile from affine terms, for the next solve with the same ones."""
 
