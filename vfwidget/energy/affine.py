@@ -153,9 +153,9 @@ class AffineRows:
 
     def _evaluate(self, theta: Array) -> tuple[Array, Array]:
         rows, parameters = self._base, self._word.parameters
-        n = len(theta) // parameters
-        by_vector = np.zeros((len(rows), parameters, n))
+        jacobian = np.zeros((len(rows), len(theta)))
         if len(self._vectors):
+            n = len(theta) // parameters
             gamma, slopes = self._slots.along(theta)
             gain = self._gain
             if self._pushed is not None:
@@ -164,9 +164,12 @@ class AffineRows:
             factors.put(self._scalars_at, gamma)
             factors.put(self._slopes_at, slopes.take(self._used))
             products = gain @ factors
-            rows = rows + products[..., n].sum(0)
-            by_vector[:, self._vectors] = products[..., :n].swapaxes(0, 1)
-        jacobian = by_vector.reshape(len(rows), len(theta))
+            rows = rows + np.add.reduce(products[..., n])
+            by_vector = products[..., :n].swapaxes(0, 1)
+            if len(gain) == parameters:
+                jacobian = by_vector.reshape(jacobian.shape)
+            else:
+                jacobian.reshape(len(rows), parameters, n)[:, self._vectors] = by_vector
         if self._straight is not None:
             rows = rows + self._straight.dot(theta)
             jacobian += self._straight
