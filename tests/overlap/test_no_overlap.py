@@ -8,6 +8,7 @@ import pytest
 import vfwidget as vf
 from benchmarks.overlap_cases import cases
 from vfwidget.energy.tied import energy_of
+from vfwidget.overlap.inequalities import Walls
 from vfwidget.overlap.walls import Room
 
 HUGE = [(-5000, -5000), (5000, -5000), (5000, 5000), (-5000, 5000)]
@@ -108,6 +109,17 @@ def test_a_free_state_has_no_inequalities():
     model = room.model(room.look(x))
     assert model.own.slopes.shape == (0, len(x))
     np.testing.assert_array_equal(model.minimum(), x)
+
+
+@pytest.mark.parametrize("bulge", [0.0, 0.5, 1.0])
+def test_the_bulge_of_an_overlap_is_measured_from_a_deeper_one(bulge):
+    slopes, unknown = np.zeros((3, 2)), np.full(3, 0.5)
+    pair, depths, lengths = np.array([4, 7, 7]), np.array([4.0, 2, 2]), np.array([10.0, 5, 5])
+    before = Walls(pair, slopes, -depths, depths, lengths, unknown)
+    now = Walls(pair, slopes, -depths / 8, depths / 8, lengths / 8**bulge, unknown)
+    # The two overlaps of pair 7 cannot be told apart.
+    np.testing.assert_allclose(now.since(before).bulges, [bulge, 0.5, 0.5])
+    np.testing.assert_array_equal(before.since(now).bulges, unknown)
 
 
 def test_locks_are_respected():

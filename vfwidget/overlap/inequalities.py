@@ -17,6 +17,10 @@ from ..solver.quadratic import LowRankQuadratic, minimise_over_box
 
 WALL = 1e4
 """Weight of the inequalities against terms of weight 1, such as a target."""
+CLEAR = 0.01, 0.05
+"""Font units that stay between two shapes that have met, at least and at most."""
+SHALLOWER = 0.5
+"""Bulges are measured where less than this part of the former depth is left."""
 LATEST = 3
 """Looks at a pair whose inequalities hold together. Older ones were taken too far away."""
 STEPS = 40
@@ -38,19 +42,51 @@ class Walls(NamedTuple):
         Font units per unit of x.
     offsets : (c,) array
         Font units.
-    margins : (c,) array
-        Font units that are added to the offsets, so that shapes are apart although they are curved.
+    depths, lengths : (c,) arrays
+        The common area over the length of the boundary of one shape in the other one, and that
+        length, in font units.
+    bulges : (c,) array
+        The overlap is deeper than ``depths`` by this part of it: by 0 between parallel edges, by 1
+        at a corner, by 0.5 in a lens of two curves. The length grows by this power of the depth.
     """
 
     pair: IntArray
     slopes: Array
     offsets: Array
-    margins: Array
+    depths: Array
+    lengths: Array
+    bulges: Array
+
+    @property
+    def clearances(self) -> Array:
+        """The distance that stays between two shapes that have met, (c,), in font units."""
+        return np.clip(self.depths, *CLEAR)
+
+    @property
+    def margins(self) -> Array:
+        """Font units that are added to the offsets, (c,): shapes are curved and stay apart."""
+        return self.bulges * self.depths + self.clearances
 
     def some(self, which: BoolArray) -> Walls:
         """Some of the inequalities."""
-        pair, slopes, offsets, margins = self
-        return Walls(pair[which], slopes[which], offsets[which], margins[which])
+        pair, slopes, *columns = self
+        return Walls(pair[which], slopes[which], *(column[which] for column in columns))
+
+    def since(self, before: Walls) -> Walls:
+        """These inequalities with bulges that are measured, from a look at deeper overlaps.
+
+        Only pairs that have one overlap at either look are compared.
+        """
+        bulges = self.bulges.copy()
+        for i, pair in enumerate(self.pair.tolist()):
+            here, there = np.flatnonzero(self.pair == pair), np.flatnonzero(before.pair == pair)
+            if len(here) == len(there) == 1:
+                j = there[0]
+                shallower = self.depths[i] / before.depths[j]
+                if shallower < SHALLOWER:
+                    power = np.log(self.lengths[i] / before.lengths[j]) / np.log(shallower)
+                    bulges[i] = np.clip(power, 0.0, 1.0)
+        return self._replace(bulges=bulges)
 
     def beyond(self, x: Array) -> Array:
         """By how much each is broken at x, (c,); 0 if it is met."""
@@ -102,8 +138,8 @@ class Model(NamedTuple):
     own: Walls
 
     def bound(self) -> Array:
-        """The minimum (N,) under the inequalities of the last look, without margins and cell."""
-        walls = self.own._replace(margins=0 * self.own.margins)
+        """The minimum (N,) under the inequalities of the last look, without cell and clearances."""
+        walls = self.own._replace(offsets=self.own.offsets - self.own.clearances)
         return self._replace(lower=self.least, upper=self.most, walls=walls).minimum()
 
     def minimum(self) -> Array:

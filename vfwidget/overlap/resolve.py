@@ -34,7 +34,7 @@ TRIES, TIGHTENED = 8, 5
 found a free state."""
 ENOUGH = 0.99
 """A search ends when a free state keeps more than this part of the distance of the last one."""
-CLOSE = 0.2
+CLOSE = 0.5
 """Font units: a model is exact if it was made where overlaps are less deep."""
 SLACK = 0.01
 """If nothing is free: states whose area is larger than the least by this part are as good."""
@@ -205,7 +205,7 @@ class _Search:
                 if model is not None and self.ends_at(best, model):
                     return best
                 best, look = self.back(x, TOUCH)
-                walls = []
+                walls, least = [], look.excess
             model = self.room.model(look, walls)
             walls.append(model.own)
             x = model.minimum()

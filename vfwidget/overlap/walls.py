@@ -21,11 +21,8 @@ from .planes import Planes, find_planes
 from .shape import letters
 from .swept import Contact, first_contact
 
-CLEAR = 0.1
-"""Font units that stay between two shapes that have met."""
 BULGE = 0.5
-"""By how much the depth of an overlap may exceed the quotient of its area and its length: by 0
-between parallel edges, by 1 at a corner, by 0.5 in a lens of two curves."""
+"""That of a lens, as long as it is not known."""
 KEPT = 8
 """States whose control points are kept, because they are needed again."""
 PLANES = -1
@@ -141,6 +138,8 @@ class Room:
             offsets = walls.offsets + (walls.slopes - slopes) @ look.x
             walls = walls._replace(slopes=slopes, offsets=offsets)
             lower, upper = np.where(at_kink & ~falls, x, lower), np.where(falls, x, upper)
+        if earlier:
+            walls = walls.since(earlier[-1])
         jacobian = energy.jacobian(side)
         constant = energy.residual(side) - jacobian @ side
         every = latest([*earlier, walls])
@@ -166,7 +165,7 @@ class Room:
 
     def walls(self, look: Look, sides: Sequence[Array]) -> list[Walls]:
         """The inequalities of everything that overlaps, with derivatives at each of ``sides``."""
-        pair, depths, margins, gradients = self.contacts(look)
+        pair, depths, lengths, bulges, gradients = self.contacts(look)
         places = [self.energy.unknowns.place(x) for x in sides]
         place = {**places[0], AXES: np.stack([place[AXES] for place in places])}
         # Only few of the points are next to an overlap.
@@ -176,13 +175,13 @@ class Room:
         own = gradients[:, touched].reshape(len(pair), size)
         slopes = own @ moves.reshape(len(sides), size, places[0][AXES].size)
         return [
-            Walls(pair, by, depths - by @ look.x, margins)
+            Walls(pair, by, depths - by @ look.x, depths, lengths, bulges)
             for by in map(self.energy.by_unknowns, slopes)
         ]
 
-    def contacts(self, look: Look) -> tuple[IntArray, Array, Array, Array]:
-        """Everything that overlaps: pair, depth and margin (c,), and its derivative (c, K, 2)."""
-        pairs, depths, margins, gradients = [], [], [], []
+    def contacts(self, look: Look) -> tuple[IntArray, Array, Array, Array, Array]:
+        """Everything that overlaps: pair, depth, length, bulge (c,), and derivative (c, K, 2)."""
+        pairs, depths, lengths, bulges, gradients = [], [], [], [], []
         if self.keep.method == "area":
             found = look.found
             pair, area, gradient = found.by_piece(self.text.word.contours, self.starts)
@@ -193,14 +192,17 @@ class Room:
             numbers = found.pairs @ np.array([len(self.starts) + len(self.keep.shapes), 1])
             pairs.append((numbers + found.obstacle * len(self.starts))[pair[deep]])
             depths.append(area[deep] / length[deep])
-            margins.append(BULGE * depths[0] + np.minimum(CLEAR, depths[0]))
+            lengths.append(length[deep])
+            bulges.append(np.full(len(deep), BULGE))
             gradients.append(gradient[deep] / length[deep, None, None])
         if look.planes is not None:
             beyond = look.planes.residual(look.points)
             deep = np.flatnonzero(beyond > 0)
             pairs.append(np.full(len(deep), PLANES))
             depths.append(beyond[deep])
-            margins.append(np.full(len(deep), CLEAR))
+            lengths.append(np.ones(len(deep)))
+            bulges.append(np.zeros(len(deep)))
             gradients.append(look.planes.derivative(look.points)[deep])
-        depth, margin, gradient = (np.concatenate(p) for p in (depths, margins, gradients))
-        return np.concatenate(pairs), depth, margin, gradient
+        columns = (pairs, depths, lengths, bulges, gradients)
+        pair, depth, length, bulge, gradient = (np.concatenate(column) for column in columns)
+        return pair, depth, length, bulge, gradient
