@@ -151,7 +151,8 @@ def test_a_fit_goes_on_beyond_a_boundary():
     placement = read_placement(frame(truth, size), text)
     start = State(text.coordinates, placement, 0.0, np.array([1.0]), 0.0, *own)
     view = View(scene, draw(truth, size), start, ())
-    found = fit(view, Options(()), 40)
+    assert scene.text.moved(fit(view, Options(()), 40).state.theta).glyphs == text.glyphs
+    found = fit(view, Options(()), 40, crosses=True)
     assert scene.text.moved(found.state.theta).glyphs == truth.glyphs
     assert found.loss < 1e-9
     assert len(found.path) == 1 + found.iterations + 1

@@ -99,6 +99,24 @@ def test_five_hundred_variables_need_no_large_matrix(monkeypatch) -> None:
     assert (slope[d == -0.001] >= 0).all() and (slope[d == 0.002] <= 0).all()
 
 
+def test_many_bounds_take_few_systems(monkeypatch) -> None:
+    rng = np.random.default_rng(1)
+    n = 400
+    # Sums of all variables so far couple them: the first step leaves the box at most of its bounds.
+    sums = np.tril(rng.uniform(0.5, 1.5, size=(n, n)))
+    jacobian = np.concatenate([sums, np.diag(rng.normal(size=n))])[:, rng.permutation(n)]
+    matrix = jacobian.T @ jacobian + 1e-6 * np.eye(n)
+    quadratic = DenseQuadratic(matrix, 50 * rng.normal(size=2 * n) @ jacobian)
+    low, high = -rng.exponential(size=n), rng.exponential(size=n)
+    solve, sizes = np.linalg.solve, []
+    monkeypatch.setattr(np.linalg, "solve", lambda a, b: sizes.append(len(a)) or solve(a, b))
+    d, bounded = minimise_over_box(quadratic, low, high)
+    at_bounds = np.count_nonzero((d == low) | (d == high))
+    assert bounded and at_bounds > n / 2 and len(sizes) < 60
+    slope = quadratic.slope(d)
+    assert abs(slope[(d > low) & (d < high)]).max() <= 1e-7 * abs(quadratic.gradient).max()
+
+
 @given(seeds, st.integers(1, 4))
 @settings(max_examples=60, deadline=None)
 def test_few_equations_are_solved_as_by_lapack(seed: int, n: int) -> None:

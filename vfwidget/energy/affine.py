@@ -119,8 +119,11 @@ class AffineRows:
         regions = np.flatnonzero(kept)
         return regions, found[:, regions]
 
-    def _arrange(self, parts: Sequence[tuple[IntArray, Array]]) -> None:
-        """Lay out the gain by axis vector, and say where its factors are found."""
+    def _arrange(self, parts: list[tuple[IntArray, Array]]) -> None:
+        """Lay out the gain by axis vector, and say where its factors are found.
+
+        The parts of many letters are large, so the list is emptied on the way.
+        """
         word, n = self._word, len(self._word.font.axes)
         # A column of zeros belongs to the region M, which does not exist.
         none = len(word.regions.support)
@@ -128,10 +131,13 @@ class AffineRows:
         width = max((len(regions) for regions, _ in parts), default=0)
         self._regions = np.full((len(self._vectors), width), none)
         self._gain = np.zeros((len(self._vectors), len(self._base), width))
-        for i, k in enumerate(self._vectors.tolist()):
-            regions, gain = parts[k]
-            self._regions[i, : len(regions)] = regions
-            self._gain[i, :, : len(regions)] = gain
+        i = len(self._vectors)
+        while parts:
+            regions, gain = parts.pop()
+            if len(regions):
+                i -= 1
+                self._regions[i, : len(regions)] = regions
+                self._gain[i, :, : len(regions)] = gain
         place, within = np.nonzero(self._regions < none)
         letters, regions = self._vectors[place], self._regions[place, within]
         self._slots = slots = word.regions.of_letters(letters, regions)

@@ -82,11 +82,24 @@ class Fit:
     path: list[State]
 
 
-def fit(view: View, options: Options, max_iterations: int, watch: Watch | None = None) -> Fit:
-    """Fit a text to a picture with the optimiser that the options name."""
+def fit(
+    view: View,
+    options: Options,
+    max_iterations: int,
+    watch: Watch | None = None,
+    *,
+    crosses: bool = False,
+) -> Fit:
+    """Fit a text to a picture with the optimiser that the options name.
+
+    ``crosses`` says whether Gauss–Newton goes on beyond boundaries at which glyphs change. With
+    letters that have axes of their own, this takes a descent for each letter at a boundary, so
+    only the last fit of a search does it.
+    """
     energy = _energy(view, options.loss)
-    run = _adam if options.optimizer == "adam" else _gauss_newton
-    return run(energy, view, max_iterations, watch)
+    if options.optimizer == "adam":
+        return _adam(energy, view, max_iterations, watch)
+    return _gauss_newton(energy, view, max_iterations, watch, crosses)
 
 
 def _energy(view: View, loss: str) -> Energy:
@@ -95,7 +108,9 @@ def _energy(view: View, loss: str) -> Energy:
     return Energy(view.scene.text.moved(view.start.theta), [looks])
 
 
-def _gauss_newton(energy: Energy, view: View, max_iterations: int, watch: Watch | None) -> Fit:
+def _gauss_newton(
+    energy: Energy, view: View, max_iterations: int, watch: Watch | None, crosses: bool
+) -> Fit:
     best, count = np.inf, view.target.size
 
     def watched(x: Array, cost: float) -> None:
@@ -110,7 +125,9 @@ def _gauss_newton(energy: Energy, view: View, max_iterations: int, watch: Watch 
     def descent(energy: Energy, start: Array) -> Descent:
         return descend(energy, start, tolerances, max_iterations, True, watched)
 
-    energy, found, _ = cross(energy, descent(energy, energy.unknowns.start), descent)
+    found = descent(energy, energy.unknowns.start)
+    if crosses:
+        energy, found, _ = cross(energy, found, descent)
     state = found.state
     return Fit(
         view,

@@ -137,7 +137,7 @@ class Search:
         self.progress("full size")
         options = self.settings.options
         view = self._picture(self.settings.resolution, path[-1])
-        found = fit(view, options, self.settings.max_iterations, self.watch)
+        found = fit(view, options, self.settings.max_iterations, self.watch, crosses=True)
         return Outcome(
             state=found.state,
             loss=found.loss,
