@@ -97,7 +97,7 @@ def of_solve() -> Iterator[Call]:
         yield f"free {value!r}", lambda v=value: solving(target, free=v)
     for value in (["bad"], "wght", 3, [3], [["wght"]]):
         yield f"locks {value!r}", lambda v=value: solving(target, locks=v)
-    for value in (3, "ab", [[0, 7]], [[0, 0]], [["a"]], [[0.5, "x"]]):
+    for value in (3, "ab", "01", [[0, 7]], [[-1]], [[0, 0]], [["a"]], [[0, 0.5]], [[0, math.inf]]):
         yield f"ties {value!r}", lambda v=value: solving(target, ties=v)
     for terms in ([], None, 3, "ab", [3], [target, None], text):
         yield f"terms {terms!r:.30}", lambda t=terms: vf.solve(text, t)
@@ -119,10 +119,10 @@ def of_texts() -> Iterator[Call]:
         yield f"a text in {value!r:.20}", lambda v=value: vf.Text(v, "a")
     for value in ("no", None, 1, 0.5, []):
         yield f"shared={value!r}", lambda v=value: vf.Text("recursive", "ha", shared=v)
-    for value in ("x", NAN, None, 1j, math.inf):
-        yield f"tracking {value!r}", lambda v=value: vf.Text("recursive", "a", tracking=v)
+    for value in ("x", NAN, None, 1j, math.inf, 10**400):
+        yield f"tracking {value!r:.9}", lambda v=value: vf.Text("recursive", "a", tracking=v)
         yield (
-            f"line_height {value!r}",
+            f"line_height {value!r:.9}",
             lambda v=value or 1j: vf.Text("recursive", "a", line_height=v),
         )
     for key in ("features", "language", "script", "direction"):

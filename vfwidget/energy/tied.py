@@ -13,6 +13,7 @@ import numpy as np
 
 from ..arrays import Array, IntArray, padded_table
 from ..errors import SolveError
+from ..solver.problem import is_count
 from ..text import Text
 from ..text.place import AXES, Unknowns
 from .energy import Energy
@@ -52,11 +53,13 @@ def _leaders(ties: Ties, letters: int) -> IntArray:
     """The letter whose axis vector each letter has: the first one of its group."""
     leaders = np.arange(letters)
     try:
-        groups = [[int(letter) for letter in group] for group in ties]
-    except (TypeError, ValueError) as error:
+        groups: list[list[Any]] = [list(group) for group in ties]
+    except TypeError:
+        groups = [[None]]
+    if not all(is_count(letter) or type(letter) is int for group in groups for letter in group):
         raise SolveError(
             f"ties are groups of letters, such as [(0, 1, 2)]; received {ties!r:.200}."
-        ) from error
+        )
     seen: set[int] = set()
     for group in groups:
         wrong = [i for i in group if not 0 <= i < letters or i in seen]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -125,9 +126,10 @@ def read_length(name: str, value: Any) -> float:
     TextError
         It is not a finite number.
     """
-    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if not number or not np.isfinite(value):
-        raise TextError(f"{name} has to be a finite number of font units; received {value!r}.")
+    number = isinstance(value, int | float | np.integer | np.floating)
+    # An integer of Python may be too large for a floating-point number.
+    if not number or isinstance(value, bool) or not abs(value) <= sys.float_info.max:
+        raise TextError(f"{name} has to be a finite number of font units; received {value!r:.100}.")
     return float(value)
 
 
