@@ -77,7 +77,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         switch for it.
     throttle : int
         The least number of milliseconds between two moves that the view sends to the kernel while
-        it draws a drag by itself. Default 100, because a notebook spends more time on a message
+        it draws a drag by itself. Default 500, because a notebook spends more time on a message
         than on a frame. Drags that avoid overlaps send every move, because only the kernel solves
         these.
 
@@ -133,7 +133,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
     height = traitlets.Any(None).tag(sync=True)
     theme = traitlets.Enum(["auto", "light", "dark"], "auto").tag(sync=True)
     teaching = traitlets.Bool(False).tag(sync=True)
-    throttle = traitlets.Int(100, min=0, max=10_000).tag(sync=True)
+    throttle = traitlets.Int(500, min=0, max=10_000).tag(sync=True)
     error = traitlets.Unicode().tag(sync=True)
     _steps = traitlets.List([0, 0]).tag(sync=True)
     _gesture = traitlets.Unicode().tag(sync=True, echo_update=False)
@@ -155,7 +155,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         height: int | None = None,
         theme: str = "auto",
         teaching: bool = False,
-        throttle: int = 100,
+        throttle: int = 500,
         **unknown: Any,
     ) -> None:
         refuse_unknown(unknown, Editor.__init__)

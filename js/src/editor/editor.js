@@ -26,6 +26,8 @@ export function createEditor(model, arriving) {
   const view = Math.random().toString(36).slice(2, 12);
   const ending = new AbortController();
   let frame = 0, calm = 0, catchUp = 0;
+  /** Whether an event is being handled after which the editor is drawn. */
+  let handling = false;
   let drawn = -1;
   /** @type {typeof import("../tools.js") | null} */
   let tools = null;
@@ -56,7 +58,7 @@ export function createEditor(model, arriving) {
   });
   const marks = createMarks(drawing.overlay);
   const gestures = createGestures({
-    drawing, session, channel, changed: request, guard,
+    drawing, session, channel, atOnce,
     predicted: (place) => say(place.met ? "converged" : "unreachable", placeInWords(place, session)),
     signal: ending.signal,
   });
@@ -148,10 +150,22 @@ export function createEditor(model, arriving) {
 
   /** Work that happens at most once a frame. */
   function request() {
-    frame ||= requestAnimationFrame(() => {
-      frame = 0;
+    if (!handling) frame ||= requestAnimationFrame(render);
+  }
+
+  /**
+   * A handler whose result is drawn when it returns. Browsers deliver the moves of a pointer just before a frame, and to
+   * ask for a frame there would cost a second one.
+   * @param {(event: any) => void} handler
+   */
+  function atOnce(handler) {
+    const guarded = guard(handler);
+    return (/** @type {any} */ event) => {
+      handling = true;
+      guarded(event);
+      handling = false;
       render();
-    });
+    };
   }
 
   /** A handler that reports what goes wrong and leaves the picture as it is. @param {(...values: any[]) => void} handler */
@@ -176,6 +190,8 @@ export function createEditor(model, arriving) {
   }
 
   function render() {
+    cancelAnimationFrame(frame);
+    frame = 0;
     guard(update)();
     status.show(session, reaching && !gestures.held ? REACH : HINT);
   }

@@ -35,11 +35,10 @@ const same = (/** @type {Handle} */ a, /** @type {Handle} */ b) => a.every((v, i
  * @param {import("./session.js").Session} parts.session
  * @param {import("./channel.js").Channel} parts.channel
  * @param {(place: import("../solver/drag.js").Place) => void} parts.predicted hears of each prediction that is shown
- * @param {() => void} parts.changed asks for a frame
- * @param {(handler: (event: any) => void) => (event: any) => void} parts.guard
+ * @param {(handler: (event: any) => void) => (event: any) => void} parts.atOnce a handler whose result is drawn when it returns
  * @param {AbortSignal} parts.signal removes the listeners
  */
-export function createGestures({ drawing, session, channel, predicted, changed, guard, signal }) {
+export function createGestures({ drawing, session, channel, predicted, atOnce, signal }) {
   /** @type {{handle: Handle, pin: number} | null} */
   let hover = null;
   /** @type {Grab | null} */
@@ -52,11 +51,10 @@ export function createGestures({ drawing, session, channel, predicted, changed, 
   let previous = null;
   /** Pointers that move the picture: one pans, two zoom as well. @type {Map<number, [number, number]>} */
   const holds = new Map();
+  /** Predicted axes of which the solver had too little time; the kernel's answer may differ from them. @type {WeakSet<object>} */
+  const unfinished = new WeakSet();
   const on = (/** @type {string} */ type, /** @type {(e: any) => void} */ handler) =>
-    drawing.svg.addEventListener(type, guard((event) => {
-      handler(event);
-      changed();
-    }), { signal, passive: false });
+    drawing.svg.addEventListener(type, atOnce(handler), { signal, passive: false });
   on("pointerdown", press);
   on("pointermove", move);
   on("pointerup", release);
@@ -183,18 +181,28 @@ export function createGestures({ drawing, session, channel, predicted, changed, 
       return;
     }
     if (grab?.by !== "pointer" || grab.id !== event.pointerId) return;
-    if (!grab.drag && Math.hypot(at[0] - grab.start[0], at[1] - grab.start[1]) < CLICK) return;
+    const place = track(grab, event, at);
+    if (!place) return;
+    say(grab, "move", grab.target);
+    drawing.layout?.evaluate(session.axes);
+    drawing.follow(place);
+  }
+
+  /**
+   * Moves the target of a drag with the pointer, and begins the drag once the pointer has left the place of a click.
+   * @param {Grab} grab @param {PointerEvent} event @param {[number, number]} at @returns {[number, number] | null} the pointer in font units
+   */
+  function track(grab, event, at) {
+    if (!grab.drag && Math.hypot(at[0] - grab.start[0], at[1] - grab.start[1]) < CLICK) return null;
     const pace = event.shiftKey ? SLOW : 1;
     const [x0, y0] = previous ?? grab.start;
     grab.last = [grab.last[0] + pace * (at[0] - x0), grab.last[1] + pace * (at[1] - y0)];
     previous = at;
     const { x, y } = drawing.toFont(...grab.last);
-    if (!Number.isFinite(x)) return;
+    if (!Number.isFinite(x)) return null;
     open(grab);
     grab.target = [x + grab.offset[0], y + grab.offset[1]];
-    say(grab, "move", grab.target);
-    drawing.layout?.evaluate(session.axes);
-    drawing.follow([x, y]);
+    return [x, y];
   }
 
   /** @param {PointerEvent} event */
@@ -202,7 +210,8 @@ export function createGestures({ drawing, session, channel, predicted, changed, 
     const held = grab;
     holds.delete(event.pointerId);
     if (held?.by !== "pointer" || held.id !== event.pointerId) return;
-    move(event);
+    pointer = [event.clientX, event.clientY];
+    track(held, event, pointer);
     end(held);
     if (event.pointerType === "touch") pointer = null;
     if (!held.drag) togglePin(held.handle);
@@ -332,6 +341,7 @@ export function createGestures({ drawing, session, channel, predicted, changed, 
     if (phase !== "down" && !grab.follows) {
       const place = grab.drag.to(at, phase === "move" ? PATIENCE : Infinity);
       session.predict(place.axes);
+      if (!place.finished) unfinished.add(place.axes);
       grab.stuck = place.missing > CLICK * drawing.pixel;
       predicted(place);
     }
@@ -352,7 +362,7 @@ export function createGestures({ drawing, session, channel, predicted, changed, 
    */
   function follow(axes, sent) {
     if (!grab) return !channel.busy;
-    grab.follows ||= drawing.distance(axes, sent.axes) > drawing.pixel;
+    grab.follows ||= !unfinished.has(sent.axes) && drawing.distance(axes, sent.axes) > drawing.pixel;
     return grab.follows;
   }
 

@@ -10,9 +10,10 @@ import { isArray } from "../word/decode.js";
 /**
  * @typedef {import("../word/forward.js").Handle} Handle
  * @typedef {Record<string, number>} Values
- * @typedef {{axes: Values | Values[], met: boolean, missing: number, point: [number, number], held: {axis: number, letter: number, end: -1 | 1}[]}} Place
- *   `missing`: the largest distance to a goal, in font units; `point`: where the dragged point is; `held`: axes at an end
- *   of their range
+ * @typedef {{axes: Values | Values[], met: boolean, missing: number, point: [number, number], finished: boolean,
+ *   held: {axis: number, letter: number, end: -1 | 1}[]}} Place
+ *   `missing`: the largest distance to a goal, in font units; `point`: where the dragged point is; `finished`: whether the
+ *   solver converged in the time that it had; `held`: axes at an end of their range
  */
 
 /** √λ of Sec. 5.1 in ems: a drag moves an axis over its range only if it gains more than this. */
@@ -133,12 +134,12 @@ export class Drag {
         if (other && other.cost < best.cost) best = other;
       });
     } while (best !== from);
-    const { active, side } = best, n = this.#word.axes.length;
+    const { active, side, converged: finished } = best, n = this.#word.axes.length;
     this.#side = side;
     this.cost = best.cost;
     const { x, y } = side.positions.evaluate(this.x), missing = Math.max(0, ...terms.map((term) => term.miss(term.rows(x, y).map((row) => row.value))));
     const held = Array.from(active, (end, i) => ({ axis: i % n, letter: this.#owners.indexOf(Math.floor(i / n)), end })).filter(({ end }, i) => end && ends(end, i));
-    return { axes: this.axes, met: missing <= MET, missing, point: [x[0], y[0]], held: /** @type {Place["held"]} */ (held) };
+    return { axes: this.axes, met: missing <= MET, missing, point: [x[0], y[0]], finished, held: /** @type {Place["held"]} */ (held) };
   }
 
   /** Where the next call of `to` starts: the result of the last one, or of an earlier one if this is set to it. */

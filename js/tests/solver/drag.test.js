@@ -103,3 +103,10 @@ test("letters of a range share one axis vector, as a whole word does", () => {
   const { held } = new Drag(word, [values, values, values], { handle, range: [1, 2] }).to([9000, 350]);
   assert.deepEqual([...new Set(held.map(({ letter }) => letter))], [0, 1]);
 });
+
+test("a solve that had no time says that it has not finished", () => {
+  const handle = [1, 0, 1, 0.5], axes = { wght: 400, wdth: 100 };
+  const drag = new Drag(word, axes, { handle }), goal = position({ wght: 600, wdth: 100 }, handle);
+  assert.equal(drag.to(goal, 0).finished, false);
+  assert.equal(drag.to(goal).finished, true);
+});
