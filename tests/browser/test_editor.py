@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import vfwidget as vf
+from tests.browser import screen
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 
@@ -23,22 +24,13 @@ print(json.dumps({"axes": editor.axes, "pins": [p.t for p in editor.pins], "shar
 """
 
 
-class Screen:
-    """What a person does with an editor, and sees of it."""
+class Screen(screen.Screen):
+    """An editor in a notebook of JupyterLab."""
 
     def __init__(self, notebook: Any) -> None:
+        super().__init__(notebook.page, notebook.editors.first)
         self.notebook = notebook
-        self.page = notebook.page
-        self.root = notebook.editors.first
         self.root.scroll_into_view_if_needed()
-
-    def client(self, point: list[float]) -> tuple[float, float]:
-        """Font units to screen pixels."""
-        x, y = self.root.evaluate(
-            "(root, p) => { const c = root.__vfw.toClient(...p); return [c.x, c.y] }",
-            point,
-        )
-        return x, y
 
     def drag(self, start: list[float], end: list[float], steps: int = 15) -> tuple[float, float]:
         """Press at one point of the word, go to another, and let go; the place of release."""
@@ -49,11 +41,6 @@ class Screen:
         self.page.mouse.up()
         self.settle()
         return x, y
-
-    def click(self, point: list[float]) -> None:
-        self.page.mouse.move(*self.client(point))
-        self.page.mouse.down()
-        self.page.mouse.up()
 
     def settle(self) -> None:
         """Wait until every drag message has been answered."""
@@ -318,9 +305,11 @@ def test_a_drag_is_drawn_while_the_kernel_is_busy_and_the_kernel_agrees_after(sh
     page = screen.page
     page.mouse.move(*screen.client(start))
     page.mouse.down()
+    # A cell that sleeps would not keep the thread of the widgets from answering.
     page.evaluate(
-        """() => { window.jupyterapp.shell.currentWidget.context.sessionContext.session.kernel
-               .requestExecute({code: 'import time; time.sleep(2)'}) }"""
+        """code => { window.jupyterapp.shell.currentWidget.context.sessionContext.session.kernel
+               .requestExecute({code}) }""",
+        "import ctypes; ctypes.PyDLL(None).usleep(2_000_000)",
     )
     before = screen.outline()
     x, y = screen.client(goal)
