@@ -12,7 +12,8 @@ from typing import Any
 import nbformat
 import pytest
 from nbclient import NotebookClient
-from traitlets.config import Config
+
+from docs.gallery import sockets_in
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 LONG = {
@@ -60,14 +61,14 @@ def test_it_runs_without_messages_on_stderr(path: Path, tmp_path: Path) -> None:
     }
     # The kernel chooses its own backend, which puts figures into the notebook.
     environment.pop("MPLBACKEND", None)
-    # The path of a socket has to be short. Free ports might be taken before the kernel has them.
+    # The path of a socket has to be short.
     with TemporaryDirectory() as sockets:
         client = NotebookClient(
             notebook,
             timeout=SECONDS,
             kernel_name="python3",
             resources={"metadata": {"path": str(tmp_path)}},
-            config=Config(KernelManager={"transport": "ipc", "ip": f"{sockets}/kernel"}),
+            config=sockets_in(sockets),
         )
         client.execute(env=environment)
     said = [

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +91,29 @@ def browser() -> Iterator[Any]:
         )
         yield chromium
         chromium.close()
+
+
+@pytest.fixture
+def offline_page(browser: Any) -> Iterator[Callable[..., Any]]:
+    """Open a file as a page; nothing may be requested, and nothing may go wrong on it."""
+    troubles: list[str] = []
+    contexts = []
+
+    def open_page(file: Path, width: int, height: int, **options: Any) -> Any:
+        size = {"width": width, "height": height}
+        contexts.append(browser.new_context(viewport=size, offline=True, **options))
+        page = contexts[-1].new_page()
+        page.on("console", lambda message: troubles.append(message.text))
+        page.on("pageerror", lambda error: troubles.append(str(error)))
+        page.on("request", lambda r: r.is_navigation_request() or troubles.append(r.url))
+        page.goto(file.as_uri())
+        page.locator("path.vfw-letter[d]").first.wait_for(state="attached")
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert troubles == []
 
 
 class Notebook:

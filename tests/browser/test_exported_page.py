@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from fontTools.svgLib.path import parse_path
 from PIL import Image
 
 import vfwidget as vf
+from tests.browser.screen import Screen
 from vfwidget.outline.cubics import AREA
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
@@ -20,20 +21,12 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 AXE = Path(__file__).parents[2] / "js" / "node_modules" / "axe-core" / "axe.min.js"
 
 
-class Page:
-    """What a person does with the editor on a page, and sees of it."""
+class Page(Screen):
+    """An editor on an exported page."""
 
     def __init__(self, page: Any, editor: vf.Editor) -> None:
-        self.page = page
-        self.root = page.locator(".vfwidget-editor")
+        super().__init__(page, page.locator(".vfwidget-editor"))
         self.text = editor.text
-
-    def client(self, point: list[float]) -> list[float]:
-        """Font units to pixels."""
-        found = self.root.evaluate(
-            "(root, p) => { const c = root.__vfw.toClient(...p); return [c.x, c.y] }", point
-        )
-        return list(found)
 
     def drag(self, start: list[float], by: tuple[float, float], *, up: bool = True) -> None:
         """Drag from a place in font units, by pixels."""
@@ -45,15 +38,6 @@ class Page:
         if up:
             self.page.mouse.up()
             self.wait(600)
-
-    def wait(self, milliseconds: int = 100) -> None:
-        self.page.wait_for_timeout(milliseconds)
-
-    @property
-    def axes(self) -> dict[str, float]:
-        inputs = self.root.locator("input[type=range]")
-        pairs = inputs.evaluate_all("all => all.map(i => [i.dataset.tag, i.valueAsNumber])")
-        return dict(pairs)
 
     def letters(self) -> list[dict[str, float]]:
         """The axes of every letter, which is selected to see them."""
@@ -75,28 +59,14 @@ class Page:
 
 
 @pytest.fixture
-def show(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Page]]:
-    """Open an editor as a page; nothing may be requested, and nothing may go wrong on it."""
-    troubles: list[str] = []
-    contexts = []
+def show(offline_page: Any, tmp_path: Path) -> Callable[..., Page]:
+    """Open an editor as a page."""
 
     def open_page(editor: vf.Editor, width: int = 900, **options: Any) -> Page:
         editor.to_html(tmp_path / "page.html")
-        size = {"width": width, "height": 800}
-        context = browser.new_context(viewport=size, offline=True, **options)
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda message: troubles.append(message.text))
-        page.on("pageerror", lambda error: troubles.append(str(error)))
-        page.on("request", lambda r: r.is_navigation_request() or troubles.append(r.url))
-        page.goto((tmp_path / "page.html").as_uri())
-        page.wait_for_selector(".vfw-letter[d]", state="attached")
-        return Page(page, editor)
+        return Page(offline_page(tmp_path / "page.html", width, 800, **options), editor)
 
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert troubles == []
+    return open_page
 
 
 def hand(**options: Any) -> vf.Editor:

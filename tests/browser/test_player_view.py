@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -24,30 +24,15 @@ CORNERS = """root => [...root.querySelectorAll('path.vfw-letter')].map(path => {
 
 
 @pytest.fixture
-def show(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Any]]:
-    """Open a player as a page; nothing may be requested, and nothing may go wrong on it."""
-    troubles: list[str] = []
-    contexts = []
+def show(offline_page: Any, tmp_path: Path) -> Callable[..., Any]:
+    """Open a player as a page."""
 
     def open_page(player: vf.Player, width: int = 900, **options: Any) -> Any:
         player.to_html(tmp_path / "page.html")
-        context = browser.new_context(
-            viewport={"width": width, "height": 700}, offline=True, **options
-        )
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda message: troubles.append(message.text))
-        page.on("pageerror", lambda error: troubles.append(str(error)))
-        page.on("request", lambda r: r.is_navigation_request() or troubles.append(r.url))
-        page.goto((tmp_path / "page.html").as_uri())
-        root = page.locator(".vfwidget-player")
-        root.locator("path.vfw-letter").first.wait_for(state="attached")
-        return root
+        page = offline_page(tmp_path / "page.html", width, 700, **options)
+        return page.locator(".vfwidget-player")
 
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert troubles == []
+    return open_page
 
 
 def state(root: Any) -> dict[str, Any]:
