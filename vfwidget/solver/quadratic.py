@@ -239,12 +239,15 @@ def _toward(
     bound = np.where(step > 0, high, low)
     shares = np.full(len(d), np.inf)
     np.divide(bound - d, step, out=shares, where=step != 0)
-    passed = np.sort(shares[shares < 1])
+    # Rounding may put a bound that the step passes just beyond its end.
+    leaves = (d + step < low) | (d + step > high)
+    shares[leaves] = np.minimum(shares[leaves], 1.0)
+    passed = np.sort(shares[leaves])
     value, count, share = quadratic.value(d), len(passed), 1.0
     while True:
         reached = shares <= share
         new = np.where(reached, bound, d + share * step)
-        if (count == 1 and share < 1) or quadratic.value(new) < value:
+        if count == 0 or quadratic.value(new) < value:
             return new, reached
-        count = max(count // 2, 1)
-        share = passed[count - 1]
+        count //= 2
+        share = passed[max(count, 1) - 1]

@@ -78,8 +78,8 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
     throttle : int
         The least number of milliseconds between two moves that the view sends to the kernel while
         it draws a drag by itself. Default 500, because a notebook spends more time on a message
-        than on a frame. Drags that avoid overlaps send every move, because only the kernel solves
-        these.
+        than on a frame. Choose 100 where Python follows a drag, for example to redraw a figure.
+        Drags that avoid overlaps send every move, because only the kernel solves these.
 
     Attributes
     ----------
