@@ -73,7 +73,7 @@ class AffineRows:
 
     Only the pairs of axis vector and region that move a row are evaluated. The rows that belong to
     one axis vector are a product of matrices: its gain (r, P), where P is the most regions that
-    any has, and its scalars beside their derivatives, (P, n + 1).
+    any has, and its scalars with their derivatives, (P, n + 1).
 
     Attributes
     ----------
@@ -102,10 +102,14 @@ class AffineRows:
         """U: the derivative by the offsets or by the tracking, (r, size)."""
         return self._sums.of(self._points.by_block[name])
 
+    def _letters(self, k: int) -> slice:
+        """The letters that have an axis vector."""
+        return slice(None) if self._word.shared else slice(k, k + 1)
+
     def _gain_by(self, k: int) -> tuple[IntArray, Array]:
         """The regions of one axis vector that move a row, (p,), and their gain, (r, p)."""
         word, points = self._word, self._points
-        letters = slice(None) if word.shared else slice(k, k + 1)
+        letters = self._letters(k)
         gain = word.origins.gain(k)
         gain[:, 0] += word.origins.pushed[:, letters] @ word.advance_deltas[letters]
         by_points = gain[points.origin]
@@ -193,7 +197,7 @@ class AffineRows:
         gain = self._gain.copy()
         deltas = np.pad(word.advance_deltas, ((0, 0), (0, 1)))
         for i, k in enumerate(self._vectors.tolist()):
-            letters = slice(None) if word.shared else slice(k, k + 1)
+            letters = self._letters(k)
             gain[i] -= pushed[:, letters] @ deltas[letters, self._regions[i]]
         return self._base - pushed @ word.advance_base, gain
 

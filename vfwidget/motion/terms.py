@@ -100,7 +100,7 @@ class Touches:
 
     @cached_property
     def aside(self) -> Along:
-        """How far the first points are beside the second ones, along the outlines."""
+        """How far the first points are from the second ones, along the outlines."""
         return self._along(self.gaps.normal @ QUARTER.T)
 
     def _along(self, directions: Array) -> Along:

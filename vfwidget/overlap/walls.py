@@ -22,7 +22,7 @@ from .shape import letters
 from .swept import Contact, first_contact
 
 BULGE = 0.5
-"""That of a lens, as long as it is not known."""
+"""The bulge of a lens of two curves, which is taken for every overlap until it is measured."""
 KEPT = 8
 """States whose control points are kept, because they are needed again."""
 PLANES = -1

@@ -73,7 +73,7 @@ class Composition:
         self.options = font.shaping_options(**shaping)
         self._layouts = layouts(font, string, self.options)
         self._words: Memo[Word] = Memo()
-        self._latest: tuple[Array | None, Setting | None] = None, None
+        self._latest: tuple[Array, Setting] | None = None
 
     def regrouped(self, shared: bool) -> Composition:
         """The same string with axes shared by all letters, or not."""
@@ -141,8 +141,8 @@ class Composition:
 
         The latest one is kept, because a drag seldom leaves it.
         """
-        at, latest = self._latest
-        if at is theta and latest is not None:
+        at, latest = self._latest or (None, None)
+        if latest is not None and at is theta:
             return latest
         if latest is None or np.count_nonzero((theta < latest.lower) | (theta > latest.upper)):
             lower, upper = self.settings.box_at(theta)

@@ -125,7 +125,7 @@ class AffinePoints(PointSet):
 
     @property
     def vector(self) -> IntArray:
-        """The axis vector in Θ that each point depends on, beside its origin, (p,)."""
+        """The axis vector in Θ that each point depends on, apart from its origin, (p,)."""
         return np.zeros_like(self.letter) if self.word.shared else self.letter
 
     def _lay_out(self, gamma: Any, advances: Any) -> Any:
