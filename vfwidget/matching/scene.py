@@ -23,6 +23,7 @@ from ..outline.contours import Contours
 from ..raster.coverage import Boundary, fill
 from ..text import Text
 from ..text.place import AXES, OFFSETS, TRACKING
+from .displacements import Displacements, displacements
 from .images import Levels, basis
 
 PLACEMENT = ("x", "y", "size", "rotation")
@@ -161,19 +162,18 @@ class Scene:
         picture = self._picture(state, BESIDE)
         text = self.text.moved_to(state.place)
         moves = self._moves(text, state.placement, wanted)
-        moving = moves.shape[-1]
         terms = len(state.light) if "background" in wanted else 0
         # One large array, whose parts are written in place.
-        sizes = moving, int("blur" in wanted), terms, int("ink" in wanted)
+        sizes = moves.size, int("blur" in wanted), terms, int("ink" in wanted)
         rows = np.zeros((sum(sizes), *self.shape))
         outline, blur, paper, ink = np.split(rows, np.cumsum(sizes[:-1]))
-        if moving:
-            picture.boundary.derivative(moves[text.word.contours.segments], outline[:, None])
+        if moves.size:
+            moves.add_to(outline, picture.boundary, text.word.contours.segments)
             if picture.variance >= LEAST_BLUR:
                 outline[:] = _blur(outline, picture.variance)
         if len(blur):
             blur[:] = _laplacian(picture.covered) / (2 * self.factor**2)
-        rows[: moving + len(blur)] *= state.ink - picture.light
+        rows[: moves.size + len(blur)] *= state.ink - picture.light
         if terms:
             over = np.moveaxis(basis(*self.shape, terms), -1, 0)
             np.multiply(over, 1 - picture.covered, out=paper)
@@ -181,23 +181,16 @@ class Scene:
             ink[:] = picture.covered
         return rows
 
-    def _moves(self, text: Text, placement: Array, wanted: Sequence[str]) -> Array:
-        """How the control points move in the picture by parts of the state, (K, 2, size)."""
-        outline = text.point_set()
-        points, by_theta = outline.positions_and_jacobian(text.place)
+    def _moves(self, text: Text, placement: Array, wanted: Sequence[str]) -> Displacements:
+        """How the control points move in the picture by parts of the state."""
+        points, by_axes = text.point_set().positions_and_jacobian(text.place)
         linear = self.matrix(placement)[:, :2] / self.factor
         placed = (points - self.centre) @ linear.T
-        count = len(points)
-        parts = []
-        if AXES in wanted:
-            parts.append(linear @ by_theta.reshape(count, 2, -1))
-        by_block = outline.by_block.items()
-        parts += [linear @ block for name, block in by_block if name in wanted]
-        ahead = np.broadcast_to(np.eye(2) / self.factor, (count, 2, 2))
+        ahead = np.broadcast_to(np.eye(2) / self.factor, (len(points), 2, 2))
         turned = np.stack([-placed[:, 1], placed[:, 0]], -1)
         by_placement = np.concatenate([ahead, placed[..., None], turned[..., None]], -1)
-        parts.append(by_placement[..., [name in wanted for name in PLACEMENT]])
-        return np.concatenate(parts, -1)
+        by_placement = by_placement[..., [name in wanted for name in PLACEMENT]]
+        return displacements(text, by_axes, linear, by_placement, wanted)
 
     def _picture(self, state: State, slack: float = 0.0) -> _Picture:
         """The latest picture, if its state was no farther away than ``slack``, or a new one."""

@@ -69,6 +69,20 @@ class Boundary(NamedTuple):
         here = take(image.reshape(-1), self.pixel)
         return swept(self.curves, self.cubic, self.powers * here)
 
+    def apart(self, group: Any, groups: int) -> Boundary:
+        """The boundary of one image, each group of its cubics in an image of its own.
+
+        Parameters
+        ----------
+        group : (C,) int array
+            The group of each cubic.
+        groups : int
+            The number of groups, and of images.
+        """
+        _, height, width = self.size
+        pixel = self.pixel + height * width * take(group, self.cubic)
+        return self._replace(pixel=pixel, size=(groups, height, width))
+
     def derivative(self, tangents: Any, out: Any = None) -> Any:
         """How the images change, (a, B, H, W), as the control points move by (C, 4, 2, a).
 
