@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from pictures import CLEAN, SIZE, axis_error, draw, match, miss, random_place, turned
 
 import vfwidget as vf
+from vfwidget.energy.descent import descend
 from vfwidget.matching.fit import Options, fit
 from vfwidget.matching.looks import View
 from vfwidget.matching.placement import read_placement
@@ -156,6 +158,44 @@ def test_a_fit_goes_on_beyond_a_boundary():
     assert scene.text.moved(found.state.theta).glyphs == truth.glyphs
     assert found.loss < 1e-9
     assert len(found.path) == 1 + found.iterations + 1
+
+
+def view_of_letters_beyond_boundaries(string: str) -> View:
+    """The picture of some upright k, and those in italics next to the boundary to start from."""
+    text = vf.Text("recursive", string, axes={"slnt": -14.9, "CRSV": 0.5}, shared=False)
+    truth = text.at({"slnt": -13.9, "CRSV": 0.5})
+    size = (32, 32 * len(string))
+    start = State(
+        theta=text.coordinates,
+        placement=read_placement(frame(truth, size), text),
+        blur=0.0,
+        light=np.array([1.0]),
+        ink=0.0,
+        offsets=np.zeros((len(string), 2)),
+        tracking=np.zeros(1),
+    )
+    return View(Scene(text, size), draw(truth, size), start, ())
+
+
+@pytest.mark.parametrize("multiple", [0, 1, 5])
+def test_letters_with_their_own_axes_cross_boundaries_in_a_limited_number_of_steps(
+    multiple, monkeypatch
+):
+    steps = []
+
+    def counted(*given):
+        found = descend(*given)
+        steps.append(found.iterations)
+        return found
+
+    view = view_of_letters_beyond_boundaries("kkk")
+    monkeypatch.setattr(sys.modules[fit.__module__], "descend", counted)
+    monkeypatch.setattr(sys.modules[fit.__module__], "MOST_BEYOND", multiple)
+    found = fit(view, Options(()), 3, crosses=True)
+    assert sum(steps[1:]) <= multiple * 3
+    names = [glyph.name for glyph in view.scene.text.moved(found.state.theta).glyphs]
+    assert names.count("k") == {0: 0, 1: 2, 5: 3}[multiple]
+    assert found.converged is (multiple == 5)
 
 
 def test_a_scene_has_the_glyphs_of_each_location():

@@ -48,6 +48,14 @@ def test_what_the_letter_ignores_is_undetermined(ignorant):
     assert [tag for tag, value in spread.items() if value == np.inf] == ["MONO", "CRSV"]
 
 
+def test_a_fit_that_ends_too_early_says_so(image, found):
+    assert found.converged
+    assert "limit of steps" not in found.report()
+    early = match(image, "S", "dynapuff", max_iterations=0)
+    assert not early.converged
+    assert "The fit reached its limit of steps before it converged." in early.report()
+
+
 def test_what_one_letter_of_several_ignores_is_undetermined():
     axes = [{"MONO": 1, "wght": 700}, {"wght": 500}]
     truth = vf.Text("recursive", "ag", axes=axes, shared=False)

@@ -7,8 +7,6 @@ better of both results is kept.
 
 from __future__ import annotations
 
-import math
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -65,12 +63,12 @@ class Boundary:
         return f"{change} at {self.axis}{where} = {self.value:.4g}: {end}"
 
 
-Descend = Callable[[Energy, Array], Descent]
-"""Minimises an energy from one point of its free unknowns."""
+Descend = Callable[[Energy, Array], "Descent | None"]
+"""Minimises an energy from one point of its free unknowns; None if time or steps are used up."""
 
 
 def cross(
-    energy: Energy, found: Descent, descend: Descend, deadline: float = math.inf
+    energy: Energy, found: Descent, descend: Descend
 ) -> tuple[Energy, Descent, list[Boundary]]:
     """Go on from where a descent ended beyond the boundaries that it met, where that costs less.
 
@@ -82,8 +80,7 @@ def cross(
     energy : Energy
     found : Descent
     descend : Descend
-    deadline : float
-        The value of ``time.perf_counter()`` after which no boundary is crossed. Default: no limit.
+        After it has returned None, no further boundary is crossed.
 
     Returns
     -------
@@ -103,7 +100,7 @@ def cross(
         # Letters with axes of their own hardly affect one another, so each is decided by itself.
         for _, own in groupby(sides, key=lambda side: side[0][0]):
             new = [side for side in own if side[0] not in refused]
-            tried = list(_tried(energy, found, new, descend, deadline))
+            tried = list(_tried(energy, found, new, descend))
             better = [side for side in tried if side.found.state.cost < found.state.cost]
             if better:
                 break
@@ -136,19 +133,18 @@ def _tried(
     found: Descent,
     sides: Sequence[tuple[Entry, Text]],
     descend: Descend,
-    deadline: float,
 ) -> Iterator[_Side]:
     """Descend from the end of a descent beyond each of these sides."""
     here = energy.unknowns.place(found.state.x)
     for entry, other in sides:
-        if time.perf_counter() > deadline:
-            return
         try:
             there = energy.at(other, energy.terms)
         except GlyphError:
             # A glyph on the other side has no such point.
             continue
         end = descend(there, there.unknowns.flat({**here, **other.place}))
+        if end is None:
+            return
         yield _Side(entry, there, end, _boundary(energy.text, other, entry))
 
 

@@ -51,7 +51,7 @@ class Descent:
     def after(self, former: Descent) -> Descent:
         """The descent as the continuation of another one."""
         history = [*former.history, *self.history]
-        return replace(self, history=history, earlier=former.iterations)
+        return replace(self, history=history, earlier=former.iterations + self.earlier)
 
     @property
     def missed(self) -> list[TermResult]:

@@ -121,8 +121,11 @@ def solve(
     def run_until(energy: Energy, x: Array) -> Descent:
         return descend(energy, x, tolerances, max_iterations, deadline=until)
 
+    def run_beyond(energy: Energy, x: Array) -> Descent | None:
+        return None if time.perf_counter() > until else run_until(energy, x)
+
     best = along_planes(energy, run(energy, energy.unknowns.start), run)
-    energy, best, boundaries = cross(energy, best, run_until, until)
+    energy, best, boundaries = cross(energy, best, run_beyond)
     elsewhere = None
     if restarts > 0 and best.missed:
         # From far away stiff terms make narrow, curved valleys, so they are added near the end.

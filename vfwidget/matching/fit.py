@@ -25,6 +25,10 @@ FAINT = 3e-5
 """A change of a pixel, relative to the scale of the loss, that is too small to go on for."""
 LEAST_NOISE = 0.5 / 255
 """A pixel's standard deviation: levels are written in steps of 1 / 255."""
+TRIAL_STEPS = 3
+"""A fit with other glyphs goes on only if so many first steps gain what it still costs more."""
+MOST_BEYOND = 5
+"""Steps of all fits with other glyphs in one fit, as a multiple of its own."""
 NUDGE = 1e-6
 NULL, TAKES_PART = 1e-10, 1e-3
 """An eigenvalue, relative to the largest, that is zero; and a share in its vector that counts."""
@@ -94,7 +98,8 @@ def fit(
 
     ``crosses`` says whether Gauss–Newton goes on beyond boundaries at which glyphs change. With
     letters that have axes of their own, this takes a descent for each letter at a boundary, so
-    only the last fit of a search does it.
+    only the last fit of a search does it. If the steps of these descents are used up before every
+    boundary has been tried, the fit has not converged.
     """
     energy = _energy(view, options.loss)
     if options.optimizer == "adam":
@@ -122,21 +127,65 @@ def _gauss_newton(
     faint = FAINT**2 * count * view.scale**2
     tolerances = Tolerances(relative_cost=1e-5, absolute_cost=faint, step=1e-7, gradient=1e-7)
 
-    def descent(energy: Energy, start: Array) -> Descent:
-        return descend(energy, start, tolerances, max_iterations, True, watched)
+    def descent(energy: Energy, start: Array, most: int = max_iterations) -> Descent:
+        return descend(energy, start, tolerances, most, True, watched)
 
     found = descent(energy, energy.unknowns.start)
+    tried_all = True
     if crosses:
-        energy, found, _ = cross(energy, found, descent)
+        beyond = _Beyond(descent, found, max_iterations)
+        energy, found, _ = cross(energy, found, beyond)
+        tried_all = beyond.left > 0
     state = found.state
     return Fit(
         view,
         _state(energy, view, state.x),
         state.cost / count,
         found.iterations,
-        state.outcome is not None and state.outcome.status == CONVERGED,
+        tried_all and state.outcome is not None and state.outcome.status == CONVERGED,
         [_state(energy, view, x) for x, _ in found.history],
     )
+
+
+class _Beyond:
+    """Descends beyond boundaries, in few steps where little is gained, and in so many in all.
+
+    Parameters
+    ----------
+    descent : callable of (energy, start, most)
+        Descends in at most so many steps.
+    found : Descent
+        The one that met the boundaries.
+    max_iterations : int
+        Of one descent.
+
+    Attributes
+    ----------
+    left : int
+        Steps that may still be taken; 0 after they did not suffice.
+    """
+
+    def __init__(
+        self, descent: Callable[[Energy, Array, int], Descent], found: Descent, max_iterations: int
+    ) -> None:
+        self.descent, self.least, self.most = descent, found.state.cost, max_iterations
+        self.left = MOST_BEYOND * max_iterations
+
+    def __call__(self, energy: Energy, start: Array) -> Descent | None:
+        """See :data:`~.energy.boundaries.Descend`."""
+        if self.left == 0:
+            return None
+        found = self._take(energy, start, TRIAL_STEPS)
+        gained = found.history[0][1] - found.state.cost
+        if found.state.iterations == TRIAL_STEPS and found.state.cost - self.least < gained:
+            found = self._take(energy, found.state.x, self.most - TRIAL_STEPS).after(found)
+        self.least = min(self.least, found.state.cost)
+        return found
+
+    def _take(self, energy: Energy, start: Array, most: int) -> Descent:
+        found = self.descent(energy, start, max(0, min(most, self.most, self.left)))
+        self.left -= found.state.iterations
+        return found
 
 
 def _state(energy: Energy, view: View, x: Array) -> State:
@@ -170,7 +219,7 @@ def _adam(energy: Energy, view: View, max_iterations: int, watch: Watch | None) 
         x.grad = torch.from_numpy(2 * gradient * unit / len(values))
         optimizer.step()
         np.clip(x.numpy(), lower / unit, upper / unit, out=x.numpy())
-    return Fit(view, _state(energy, view, best), best_loss, max_iterations, True, path)
+    return Fit(view, _state(energy, view, best), best_loss, max_iterations, False, path)
 
 
 def deviations(view: View, state: State, loss: str) -> Array:

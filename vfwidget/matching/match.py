@@ -222,7 +222,11 @@ class Search:
             paths = [fits[i][0][:-1] + fits[i][1].path for i in best]
             if self._view(side) is self._view(settings.resolution):
                 break
-        path = [*paths[0], *self._other_glyphs(paths[0][-1])]
+        path = paths[0]
+        if self._view(HOP_SIDE)[1].size < path[-1].theta.size:
+            # Fits to fewer pixels than axes do not tell which of them is better.
+            return path
+        path = [*path, *self._other_glyphs(path[-1])]
         movable = felt(self.text.moved(path[-1].theta)).any(0)
         if settings.theta is None and movable.sum() >= MANY:
             self.progress("hops")

@@ -80,6 +80,16 @@ class Match:
         """``"matched"``, or ``"poor"`` where less than 95 % of the ink is explained."""
         return "matched" if self.score >= GOOD else "poor"
 
+    @property
+    def converged(self) -> bool:
+        """Whether the fit ended by itself.
+
+        It is False if the fit ended at ``max_iterations``, as Adam always does, or if letters that
+        have axes of their own stand at so many boundaries at which glyphs change that the other
+        side of some was not tried.
+        """
+        return self.outcome.converged
+
     @cached_property
     def history(self) -> list[tuple[Array, float]]:
         """(Θ, loss) at the start and after each step, coarse ones included.
@@ -183,6 +193,8 @@ class Match:
                 "The picture does not show an instance of this font; at best, the axis values are "
                 "those of the most similar instance."
             )
+        if not self.converged:
+            lines.append("The fit reached its limit of steps before it converged.")
         axes = [self.axes] if self.text.shared else self.axes
         spread = [self.uncertainty] if self.text.shared else self.uncertainty
         for letter, (values, about) in enumerate(zip(axes, spread, strict=True)):
