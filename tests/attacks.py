@@ -65,7 +65,7 @@ def mutated(data: bytes, rng: random.Random) -> bytes:
 def font_mutants(count: int) -> Outcome:
     """Damaged files of each container, from fonts that use every feature of outlines."""
     rng = random.Random(0)
-    seeds = [*map(_bundled, BUNDLED)]
+    seeds = [*map(fonts.bundled_file, BUNDLED)]
     for data in [*(make() for make in fonts.CASES.values()), *seeds]:
         for flavor in (None, "woff", "woff2") if len(data) < 2**14 else (None, "woff"):
             font, file = TTFont(io.BytesIO(data)), io.BytesIO()
@@ -103,14 +103,19 @@ def format_mutants(count: int) -> Outcome:
     """Damaged tables of small fonts of every format, one table at a time, or the whole file."""
     # The builders of fonts import one another by their plain names, as the tests do.
     sys.path.append(str(Path(__file__).parent))
+    import colour_fonts
     import formats
+    import varc_fonts
+    import variation_tables
+    from variation_tables import add_avar_2
 
     rng = random.Random(5)
-    builders = [*formats.VARIABLE.values(), formats.avar_2, formats.varc, formats.coloured]
-    builders += [formats.flat_colours, formats.with_mvar, formats.accented_cff]
+    builders = [*formats.VARIABLE.values(), variation_tables.avar_2, varc_fonts.varc]
+    builders += [colour_fonts.coloured, colour_fonts.flat_colours]
+    builders += [variation_tables.with_mvar, formats.accented_cff]
     seeds = [build() for build in builders]
-    seeds += [formats.with_vertical_metrics(vvar=True), formats.coloured(formats.add_avar_2)]
-    seeds += [formats.varc(formats.add_avar_2)]
+    seeds.append(variation_tables.with_vertical_metrics(vvar=True))
+    seeds += [build(add_avar_2) for build in (colour_fonts.coloured, varc_fonts.varc)]
     whole = formats.collection(seeds[0], seeds[-1])
 
     def act(data: bytes) -> None:
@@ -137,10 +142,6 @@ def format_mutants(count: int) -> Outcome:
 
     attack = "damaged tables: CFF, CFF2, GLYF, avar 2, VARC, COLR, CPAL, MVAR, VVAR, TTC"
     return Outcome(attack).try_all(inputs(), act)
-
-
-def _bundled(name: str) -> bytes:
-    return (Path(vf.__file__).parent / "fonts" / f"{name}.woff2").read_bytes()
 
 
 def image_mutants(count: int) -> Outcome:

@@ -9,6 +9,7 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from io import BytesIO
 from itertools import accumulate
+from pathlib import Path
 from typing import Any
 
 from fontTools.fontBuilder import FontBuilder
@@ -20,6 +21,8 @@ from fontTools.ttLib.tables.ttProgram import Program
 from fontTools.ttLib.tables.TupleVariation import TupleVariation
 from fontTools.varLib import builder
 from fontTools.varLib.featureVars import addFeatureVariations
+
+import vfwidget as vf
 
 Region = dict[str, tuple[float, float, float]]
 DeltaSet = tuple[Region, list[Any]]
@@ -119,6 +122,10 @@ def build(
 
 def open_font(data: bytes) -> TTFont:
     return TTFont(BytesIO(data))
+
+
+def bundled_file(name: str = "dynapuff") -> bytes:
+    return (Path(vf.__file__).parent / "fonts" / f"{name}.woff2").read_bytes()
 
 
 SQUARE = [(100, 0), (500, 0), (500, 700), (100, 700)]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import fonts
-import formats
 import numpy as np
 import pytest
+import variation_tables
 from fontTools.ttLib import newTable
 from fontTools.ttLib.tables import otTables
 from fontTools.varLib import builder as varLib_builder
@@ -52,7 +52,7 @@ def test_a_locked_axis_stays():
 
 
 def test_a_solve_stays_in_a_box_in_which_its_glyphs_stay():
-    text = vf.Text(vf.load_font(formats.avar_2_with_conditions()), "a")
+    text = vf.Text(vf.load_font(variation_tables.avar_2_with_conditions()), "a")
     rng = np.random.default_rng(2)
     sizes = []
     for w in rng.uniform(-1, 1, (12, 2)):
@@ -66,7 +66,7 @@ def test_a_solve_stays_in_a_box_in_which_its_glyphs_stay():
 
 
 def test_a_drag_goes_on_beyond_an_oblique_boundary_and_says_so():
-    text = vf.Text(vf.load_font(formats.avar_2_with_conditions()), "ab")
+    text = vf.Text(vf.load_font(variation_tables.avar_2_with_conditions()), "ab")
     end = text.at({"wght": 850, "wdth": 80})
     assert [glyph.name for glyph in end.glyphs] == ["b", "b"]
     handle = text.handle(1, 0, 1)

@@ -9,6 +9,7 @@ import formats
 import numpy as np
 import pytest
 import torch
+import variation_tables
 from referee import OUTLINE_TOLERANCE, HarfBuzz, outline_error
 from test_formats import AVAR_2
 
@@ -21,7 +22,7 @@ STEP = 1e-6
 
 def sources() -> list:
     real = [pytest.param(path.read_bytes, id=path.name) for path in REAL if path.is_file()]
-    return [*real, pytest.param(formats.avar_2, id="made up")]
+    return [*real, pytest.param(variation_tables.avar_2, id="made up")]
 
 
 def random_values(font: vf.Font, count: int) -> list[dict[str, float]]:
@@ -69,7 +70,7 @@ def test_jacobian_is_the_slope_of_the_points_also_at_the_default(source):
 
 
 def test_an_axis_moves_another_by_hand():
-    font = vf.load_font(formats.avar_2())
+    font = vf.load_font(variation_tables.avar_2())
     # Weight displaces width by -0.5 at most, width displaces nothing.
     assert font.final_coordinates([1, 0.75]).tolist() == [1, 0.25]
     assert font.final_coordinates([1, -0.75]).tolist() == [1, -1]
@@ -78,7 +79,7 @@ def test_an_axis_moves_another_by_hand():
 
 
 def test_a_text_of_such_a_font_is_dragged():
-    font = vf.load_font(formats.avar_2())
+    font = vf.load_font(variation_tables.avar_2())
     text = vf.Text(font, "ab")
     handle = text.handle(glyph=0, segment=0)
     target = text.at(axes={"wght": 700, "wdth": 150}).position(handle)
@@ -87,7 +88,7 @@ def test_a_text_of_such_a_font_is_dragged():
 
 
 def test_a_batch_is_its_rows():
-    font = vf.load_font(formats.avar_2())
+    font = vf.load_font(variation_tables.avar_2())
     glyph = font.glyph("b")
     w = torch.tensor([[0, 0], [0.5, -0.5], [1, 1], [-1, 0.25]], dtype=torch.float64)
     for method in glyph.points, glyph.jacobian, glyph.advance, font.final_coordinates:
@@ -98,7 +99,7 @@ def test_a_batch_is_its_rows():
 
 
 def test_a_displacement_that_leads_nowhere_is_none():
-    font = vf.load_font(formats.avar_2(store=False))
+    font = vf.load_font(variation_tables.avar_2(store=False))
     assert font.final_coordinates([1, 0.75]).tolist() == [1, 0.75]
     assert font.glyph("a").is_affine
 
@@ -120,7 +121,7 @@ def test_final_coordinates_lead_back_to_axis_values_that_have_them(source):
 
 
 def test_the_inverse_by_hand():
-    font = vf.load_font(formats.avar_2())
+    font = vf.load_font(variation_tables.avar_2())
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert font.denormalize([1, 0.25], final=True) == pytest.approx({"wght": 900, "wdth": 175})
@@ -131,10 +132,10 @@ def test_the_inverse_by_hand():
 def test_final_coordinates_that_several_axis_values_have():
     # A width of -0.5 … -1 is displaced to -1 by the full weight.
     with pytest.warns(vf.AxisWarning, match="Several axis values lead to these final"):
-        values = vf.load_font(formats.avar_2()).denormalize([1, -1], final=True)
+        values = vf.load_font(variation_tables.avar_2()).denormalize([1, -1], final=True)
     assert values == pytest.approx({"wght": 900, "wdth": 75}, abs=0.1)
 
 
 def test_final_coordinates_that_no_axis_values_have():
     with pytest.raises(vf.AxisError, match=r"No axis values lead to .*\[1.0, 0.75\].* by 0.2"):
-        vf.load_font(formats.avar_2()).denormalize([1, 0.75], final=True)
+        vf.load_font(variation_tables.avar_2()).denormalize([1, 0.75], final=True)

@@ -7,6 +7,7 @@ import pickle
 import warnings
 from xml.etree import ElementTree
 
+import colour_fonts
 import fonts
 import formats
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 import registry_fonts
 import torch
 import uharfbuzz as hb
+import variation_tables
 from fontTools.ttLib.tables.otTables import CompositeMode
 from referee import OUTLINE_TOLERANCE, HarfBuzz, outline_error
 
@@ -166,11 +168,11 @@ def check_layers(data: bytes, names: list[str], places: int) -> int:
 
 
 def test_every_kind_of_paint_varies_as_harfbuzz_has_it():
-    assert check_layers(formats.coloured(), ["a"], 8) == 5 * 9
+    assert check_layers(colour_fonts.coloured(), ["a"], 8) == 5 * 9
 
 
 def test_flat_layers_are_those_of_harfbuzz():
-    assert check_layers(formats.flat_colours(), ["a", "b"], 4) == 2 * 5
+    assert check_layers(colour_fonts.flat_colours(), ["a", "b"], 4) == 2 * 5
 
 
 @formats.needs_conformance
@@ -222,13 +224,14 @@ def test_every_layer_of_the_letters_of_a_colour_family(name):
 
 
 def test_a_font_without_axes_has_colours_too():
-    data = formats.static_colours()
+    data = colour_fonts.static_colours()
     font, referee = vf.load_font(data, static=True), HarfBuzz(fonts.open_font(data))
     assert agree(font, referee, "a", np.zeros(0)) == 3
 
 
 def test_clip_boxes_are_those_of_harfbuzz():
-    font, referee = vf.load_font(formats.coloured()), HarfBuzz(fonts.open_font(formats.coloured()))
+    data = colour_fonts.coloured()
+    font, referee = vf.load_font(data), HarfBuzz(fonts.open_font(data))
     reader = font._reader._colours
     for name, w in itertools.product("ae", [(0, 0), (0.5, 0.25), (-1, 0.75), (1, 1)]):
         referee.locate(w)
@@ -240,7 +243,7 @@ def test_clip_boxes_are_those_of_harfbuzz():
 
 
 def test_a_clip_box_that_cuts_a_glyph_is_named():
-    font = vf.load_font(formats.coloured())
+    font = vf.load_font(colour_fonts.coloured())
     with pytest.warns(vf.FontWarning, match="'e' has colours .*: a clip box that cuts a part off"):
         assert len(font.glyph("e").layers) == 1
     with warnings.catch_warnings():
@@ -248,11 +251,11 @@ def test_a_clip_box_that_cuts_a_glyph_is_named():
         assert len(font.glyph("a").layers) == 5
 
 
-@pytest.mark.parametrize("edit", [lambda _: None, formats.add_avar_2])
+@pytest.mark.parametrize("edit", [lambda _: None, variation_tables.add_avar_2])
 def test_the_numbers_of_a_paint_have_derivatives(edit):
     rng = np.random.default_rng(8)
     step = 1e-6
-    for layer in vf.load_font(formats.coloured(edit)).glyph("a").layers:
+    for layer in vf.load_font(colour_fonts.coloured(edit)).glyph("a").layers:
         for quantity in layer.paint.numbers, layer.paint.frame:
             for w in rng.uniform(-0.9, 0.9, (4, 2)):
                 value, jacobian = quantity.value_and_jacobian(w)
@@ -266,7 +269,7 @@ def test_the_numbers_of_a_paint_have_derivatives(edit):
 
 
 def test_the_outline_of_a_layer_has_a_derivative():
-    glyph = vf.load_font(formats.coloured()).glyph("a")
+    glyph = vf.load_font(colour_fonts.coloured()).glyph("a")
     w = torch.tensor([0.3, 0.4], dtype=torch.float64)
     for layer in glyph.layers:
         autograd = torch.autograd.functional.jacobian(layer.glyph.points, w)
@@ -274,20 +277,20 @@ def test_the_outline_of_a_layer_has_a_derivative():
 
 
 def test_what_is_not_drawn_is_named():
-    font = vf.load_font(formats.coloured())
+    font = vf.load_font(colour_fonts.coloured())
     with pytest.warns(vf.FontWarning, match="'c' has colours .* asks: the composite mode XOR"):
         assert len(font.glyph("c").layers) == 2
 
 
 def test_a_colour_glyph_is_pickled_with_its_layers():
-    glyph = vf.load_font(formats.flat_colours()).glyph("b")
+    glyph = vf.load_font(colour_fonts.flat_colours()).glyph("b")
     twin = pickle.loads(pickle.dumps(glyph))
     assert len(twin.layers) == 2
     assert torch.equal(twin.layers[0].glyph.default, glyph.layers[0].glyph.default)
 
 
 def test_paints_without_end_are_refused():
-    font = vf.load_font(formats.coloured())
+    font = vf.load_font(colour_fonts.coloured())
     with pytest.raises(vf.FontError, match="COLR table is damaged: the paints of glyph 'd' nest"):
         len(font.glyph("d").layers)
     # Its outline is read nevertheless.
@@ -295,7 +298,7 @@ def test_paints_without_end_are_refused():
 
 
 def test_palettes_and_the_tables_that_are_read():
-    font = vf.load_font(formats.coloured())
+    font = vf.load_font(colour_fonts.coloured())
     assert len(font.palettes) == 2 and font.palettes[1][0] == (0, 1, 0, 1)
     assert vf.load_font("dynapuff").palettes == ()
     assert "COLR, CPAL" in repr(font.describe())
@@ -305,7 +308,7 @@ def test_palettes_and_the_tables_that_are_read():
 
 
 def text() -> vf.Text:
-    return vf.Text(formats.coloured(), "aba", axes={"wght": 600})
+    return vf.Text(colour_fonts.coloured(), "aba", axes={"wght": 600})
 
 
 def test_an_svg_has_a_path_for_every_layer():
@@ -329,7 +332,7 @@ def test_an_svg_of_other_texts_has_one_path():
 
 
 def test_a_raster_paints_one_layer_over_the_other():
-    drawn = vf.Text(formats.flat_colours(), "b")
+    drawn = vf.Text(colour_fonts.flat_colours(), "b")
     image = vf.rasterize(drawn, (64, 64), palette=0)
     assert image.shape == (64, 64, 4)
     both = [vf.rasterize(layer.glyph.segments([0, 0]), (64, 64), vf.raster.frame(drawn, (64, 64)))
@@ -380,10 +383,10 @@ def test_a_gradient_goes_on_beyond_its_stops():
 
 
 def test_a_text_of_a_colour_font_with_axes_that_move_others_is_drawn():
-    font = vf.load_font(formats.coloured(formats.add_avar_2))
+    font = vf.load_font(colour_fonts.coloured(variation_tables.add_avar_2))
     w = np.array([0.6, 0.5])
     inner = to_array(font.final_coordinates(w))
-    ours, plain = font.glyph("a").layers, vf.load_font(formats.coloured()).glyph("a").layers
+    ours, plain = font.glyph("a").layers, vf.load_font(colour_fonts.coloured()).glyph("a").layers
     assert len(ours) == len(plain) == 5
     for layer, other in zip(ours, plain, strict=True):
         assert np.allclose(layer.paint.frame.value(w), other.paint.frame.value(inner))

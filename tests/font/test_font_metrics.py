@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import torch
 import uharfbuzz as hb
+import variation_tables
 from referee import HarfBuzz, locations
 
 import vfwidget as vf
@@ -46,7 +47,7 @@ def test_metrics_are_those_of_harfbuzz(source):
 
 
 def test_metrics_vary_and_are_differentiable():
-    font = vf.load_font(formats.with_mvar())
+    font = vf.load_font(variation_tables.with_mvar())
     assert font.metrics([0, 0])["x_height"].item() == 500
     assert font.metrics([0.5, 0])["x_height"].item() == 520
     assert font.metrics(np.zeros((3, 2)))["ascender"].shape == (3,)
@@ -56,7 +57,7 @@ def test_metrics_vary_and_are_differentiable():
 
 
 def test_vertical_advances_are_those_of_harfbuzz():
-    for data in formats.with_vertical_metrics(vvar=False), formats.with_vertical_metrics(vvar=True):
+    for data in map(variation_tables.with_vertical_metrics, (False, True)):
         font, referee = vf.load_font(data), HarfBuzz(fonts.open_font(data))
         for w in locations(font, 6, np.random.default_rng(3)):
             referee.locate(w)

@@ -7,6 +7,7 @@ import formats
 import numpy as np
 import pytest
 import torch
+import variation_tables
 from fontTools.ttLib import TTFont
 from fontTools.ttLib.tables.DefaultTable import DefaultTable
 from referee import HarfBuzz
@@ -17,7 +18,7 @@ SOURCES = {
     "recursive": lambda: "recursive",
     "dynapuff": lambda: "dynapuff",
     "cff2_with_two_sets_of_regions": formats.cff2_with_two_sets_of_regions,
-    "avar_2": formats.avar_2,
+    "avar_2": variation_tables.avar_2,
 }
 
 

@@ -10,10 +10,10 @@ import zlib
 from collections.abc import Iterator
 from functools import cache
 from io import BytesIO
-from pathlib import Path
 
 import brotli
 import pytest
+from fonts import bundled_file
 from fontTools.ttLib import TTFont
 
 import vfwidget as vf
@@ -22,10 +22,6 @@ from vfwidget.font.unpack import check_unpacked_size
 BOMB_BYTES = 270 * 2**20
 """A little more than the limit."""
 ZEROS = bytes(2**20)
-
-
-def bundled_file(name: str = "dynapuff") -> bytes:
-    return (Path(vf.__file__).parent / "fonts" / f"{name}.woff2").read_bytes()
 
 
 def base_128(number: int) -> bytes:

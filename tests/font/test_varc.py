@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import fonts
-import formats
 import numpy as np
 import pytest
 import torch
+import varc_fonts
 from fontTools.pens.recordingPen import DecomposingRecordingPen
 from fontTools.ttLib.tables.DefaultTable import DefaultTable
 from referee import HarfBuzz, locations
@@ -32,7 +32,7 @@ def on_curve(glyph: vf.Glyph, w: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("name", "acd")
 def test_outlines_are_those_of_fonttools_and_harfbuzz(name):
-    data = formats.varc()
+    data = varc_fonts.varc()
     font, referee = vf.load_font(data), HarfBuzz(fonts.open_font(data))
     glyph = font.glyph(name)
     assert not glyph.is_affine
@@ -52,7 +52,7 @@ def test_outlines_are_those_of_fonttools_and_harfbuzz(name):
 
 
 def test_a_component_appears_where_its_condition_holds():
-    data = formats.varc()
+    data = varc_fonts.varc()
     font, referee = vf.load_font(data), HarfBuzz(fonts.open_font(data))
     glyph = font.glyph("e")
     for w in [0.25, 0.1], [1, -0.5], [0.2, 0.1], [-1, 0]:
@@ -63,7 +63,7 @@ def test_a_component_appears_where_its_condition_holds():
 
 @pytest.mark.parametrize("name", "acde")
 def test_jacobian_is_the_slope_of_the_points_and_what_autograd_finds(name):
-    font = vf.load_font(formats.varc())
+    font = vf.load_font(varc_fonts.varc())
     glyph = font.glyph(name)
     places = torch.tensor([[0.3, -0.4], [-0.6, 0.2], [0.7, 0.8], [0, 0], [0.5, 0]]).double()
     jacobians = glyph.jacobian(places)
@@ -81,7 +81,7 @@ def test_jacobian_is_the_slope_of_the_points_and_what_autograd_finds(name):
 
 
 def test_a_text_of_such_glyphs_is_dragged():
-    font = vf.load_font(formats.varc())
+    font = vf.load_font(varc_fonts.varc())
     text = vf.Text(font, "cd")
     handle = text.handle(glyph=1, contour=0, segment=2)
     target = text.at(axes={"wght": 650, "wdth": 130}).position(handle)
@@ -98,17 +98,17 @@ def test_a_text_of_such_glyphs_is_dragged():
 )
 def test_components_without_end_are_refused(composites, message):
     parts = {
-        name: [formats.var_component(part) for part in components]
+        name: [varc_fonts.var_component(part) for part in components]
         for name, components in composites.items()
     }
-    font = vf.load_font(formats.varc_font(parts))
+    font = vf.load_font(varc_fonts.varc_font(parts))
     with pytest.raises(vf.FontError, match=message):
         font.glyph("c")
 
 
 def test_an_index_that_leads_nowhere_is_refused():
-    part = formats.var_component("a", transformVarIndex=7, translateX=1)
-    font = vf.load_font(formats.varc_font({"c": [part]}))
+    part = varc_fonts.var_component("a", transformVarIndex=7, translateX=1)
+    font = vf.load_font(varc_fonts.varc_font({"c": [part]}))
     with pytest.raises(vf.FontError, match="VARC table is damaged: an index leads to no deltas"):
         font.glyph("c")
 
@@ -121,4 +121,4 @@ def test_a_table_of_an_older_draft_is_named():
         table.data = data[:40]
 
     with pytest.raises(vf.FontError, match=r"The VARC table is damaged, or follows an older draft"):
-        vf.load_font(formats.varc(cut))
+        vf.load_font(varc_fonts.varc(cut))

@@ -6,7 +6,7 @@ import functools
 from pathlib import Path
 from typing import Any
 
-import formats
+import colour_fonts
 import numpy as np
 from fontTools.ttLib.tables.otTables import PaintFormat
 
@@ -64,7 +64,7 @@ def without_sweep(builder: Any) -> None:
 
 def coloured(edit: Any = lambda builder: None) -> Any:
     """A plain letter, and one of several layers whose paint varies with the axes."""
-    text = vf.Text(vf.load_font(formats.coloured(edit)), "ba", shared=False)
+    text = vf.Text(vf.load_font(colour_fonts.coloured(edit)), "ba", shared=False)
     theta = np.repeat(text.theta.numpy()[None], 5, axis=0)
     theta[:, :, 0] = np.linspace(0, 1, 5)[:, None]
     offsets = np.zeros((5, 2, 2))

@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
-import formats
+import colour_fonts
 import numpy as np
 import pytest
 from fontTools.ttLib import TTFont
@@ -251,7 +251,7 @@ def test_the_svg_of_colour_glyphs_has_the_paint_of_every_frame() -> None:
     names = re.findall(r' id="([^"]*)"', made)
     assert len(names) == len(set(names))
     assert set(re.findall(r"url\(#([^)]*)\)", made)) == set(names)
-    text = vf.Text(vf.load_font(formats.flat_colours()), "b")
+    text = vf.Text(vf.load_font(colour_fonts.flat_colours()), "b")
     still = vf.Animation(text, [0, 1], np.repeat(text.theta.numpy()[None], 2, axis=0))
     assert still.to_svg().count("fill-opacity") == 2 * text.to_svg().count("fill-opacity") == 4
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import fonts
-import formats
 import numpy as np
 import pytest
+import variation_tables
 from referee import HarfBuzz
 
 import vfwidget as vf
@@ -19,7 +19,7 @@ def data() -> bytes:
     """Weight displaces width by -0.5; below -0.2 of the final width the square is a bowl."""
     wider = {"a": [(fonts.BOLD, SQUARE_DELTAS + fonts.STILL)]}
     wider["bowl"] = [(fonts.BOLD, BOWL_DELTAS + fonts.STILL)]
-    return fonts.swapping([{"wdth": (-1, -0.2)}], formats.add_avar_2, wider)
+    return fonts.swapping([{"wdth": (-1, -0.2)}], variation_tables.add_avar_2, wider)
 
 
 @pytest.fixture(scope="module")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import fonts
-import formats
 import numpy as np
 import pytest
 import torch
+import varc_fonts
 
 import vfwidget as vf
 from vfwidget.outline.cubics import bernstein, x_extent
@@ -265,7 +265,7 @@ def test_spaces_only_have_an_advance_and_nothing_to_hold():
 @pytest.mark.parametrize("shared", [True, False])
 @pytest.mark.parametrize("kind", ["upright", "rotated", "with variable components"])
 def test_some_points_are_those_of_all(kind, shared):
-    font = vf.load_font(formats.varc()) if kind.startswith("with") else "recursive"
+    font = vf.load_font(varc_fonts.varc()) if kind.startswith("with") else "recursive"
     text = vf.Text(font, "cc", shared=shared)
     if kind == "rotated":
         text = text.at(rotations=[0.3, -0.2])

