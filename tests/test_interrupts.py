@@ -95,7 +95,7 @@ def test_an_editor_stays_whole(count: int) -> None:
     assert sent
 
 
-@counts
+@pytest.mark.parametrize("count", [4, pytest.param(MANY, marks=pytest.mark.slow)])
 def test_a_solve_and_a_match_can_be_repeated(count: int) -> None:
     text = vf.Text("dynapuff", "Sa")
     top = text.nearest(100, 600)

@@ -19,6 +19,9 @@ NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 LONG = {
     "02-normalization",
     "03-support-functions-and-delta-sets",
+    "04-from-delta-sets-to-outlines",
+    "05-words-and-side-bearings",
+    "06-gradients-and-kinks",
     "07-least-squares-in-axis-space",
     "08-direct-manipulation",
     "09-collisions",
@@ -26,7 +29,7 @@ LONG = {
     "11-raster-font-matching",
     "12-settings-and-shaping",
 }
-"""Notebooks that run for ten seconds or more."""
+"""Notebooks that only the slow run executes; the first one shows that kernels work at all."""
 SECONDS = 150
 CELL_SECONDS = 120
 """Less than for a whole notebook, so that an error names the cell that does not end."""

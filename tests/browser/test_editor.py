@@ -105,6 +105,7 @@ def test_a_reachable_drag_brings_the_point_within_a_pixel_of_the_pointer(show: A
     assert screen.status() == "converged"
 
 
+@pytest.mark.slow
 def test_an_unreachable_drag_ends_at_the_nearest_place_and_stays_there(show: Any) -> None:
     screen = show()
     text = vf.Text("roboto-flex", "no")
@@ -122,6 +123,7 @@ def test_an_unreachable_drag_ends_at_the_nearest_place_and_stays_there(show: Any
     assert abs(reached[0] - x) * pixel < 2 and abs(reached[1] - y) * pixel < 2
 
 
+@pytest.mark.slow
 def test_a_pointer_that_trembles_out_of_reach_does_not_shake_the_axes(show: Any) -> None:
     screen = show()
     text = vf.Text("roboto-flex", "no")
@@ -146,6 +148,7 @@ def test_a_pointer_that_trembles_out_of_reach_does_not_shake_the_axes(show: Any)
     assert max(still) < 0.05
 
 
+@pytest.mark.slow
 def test_a_click_pins_and_the_pin_holds_and_a_click_unpins(show: Any) -> None:
     screen = show()
     text = vf.Text("roboto-flex", "no")
@@ -190,6 +193,7 @@ def test_sliders_redraw_while_the_kernel_is_busy_and_it_hears_of_them_after(show
     assert screen.report()["axes"]["wght"] == pytest.approx(value)
 
 
+@pytest.mark.slow
 def test_letters_set_apart_move_apart(show: Any) -> None:
     screen = show()
     screen.root.locator("input.vfw-per-letter").check()
@@ -296,6 +300,7 @@ def test_python_moves_the_view(show: Any) -> None:
     assert screen.root.locator(".vfw-pin").count() == 1
 
 
+@pytest.mark.slow
 def test_a_drag_is_drawn_while_the_kernel_is_busy_and_the_kernel_agrees_after(show: Any) -> None:
     screen = show()
     text = vf.Text("roboto-flex", "no")
@@ -330,6 +335,7 @@ def test_a_drag_is_drawn_while_the_kernel_is_busy_and_the_kernel_agrees_after(sh
     assert text.at(axes=axes).position(handle).tolist() == pytest.approx(goal, abs=2 / pixel)
 
 
+@pytest.mark.slow
 def test_a_drag_ends_where_one_solve_ends(show: Any) -> None:
     screen = show()
     text = vf.Text("roboto-flex", "no")

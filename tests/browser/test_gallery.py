@@ -16,7 +16,7 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 ROOT = Path(__file__).parents[2]
 GALLERY = ROOT / "docs" / "gallery.py"
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.browser, pytest.mark.slow, pytest.mark.timeout(240)]
 
 CELLS = [
     new_markdown_cell("# A *small* one\n\nLetters $\\mathbf p < \\gamma_j$ move."),

@@ -28,6 +28,7 @@ print(json.dumps({"overlaps": len(vf.overlaps(editor.text, [bar])), "right": rig
 """
 
 
+@pytest.mark.slow
 def test_a_thin_bar_stops_a_drag(lab: Callable[..., Any], tmp_path: Path) -> None:
     notebook = lab([SHOW, REPORT])
     screen = Screen(notebook)

@@ -104,6 +104,7 @@ def test_it_is_accessible(show: Any, theme: str, width: int) -> None:
     assert root.page.evaluate("() => document.documentElement.scrollWidth") <= width
 
 
+@pytest.mark.slow
 def test_it_plays_in_jupyterlab_and_leaves_a_poster(lab: Any) -> None:
     cells = [
         "import numpy as np, vfwidget as vf\n"

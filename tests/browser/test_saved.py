@@ -21,6 +21,7 @@ CELLS = [
 ]
 
 
+@pytest.mark.slow
 def test_a_converted_notebook_shows_the_word_without_a_network(
     browser: Any, tmp_path: Path
 ) -> None:
@@ -43,6 +44,7 @@ def test_a_converted_notebook_shows_the_word_without_a_network(
     context.close()
 
 
+@pytest.mark.slow
 def test_a_restarted_kernel_is_said_plainly_and_running_the_cell_recovers(lab: Any) -> None:
     notebook = lab(CELLS[:1])
     page, editor = notebook.page, notebook.editors.first

@@ -18,18 +18,24 @@ def bundled(name: str) -> tuple[vf.Font, HarfBuzz]:
     return vf.load_font(name), HarfBuzz(open_font(name))
 
 
+one_in = pytest.mark.parametrize("step", [8, pytest.param(1, marks=pytest.mark.slow)])
+"""The plain run checks one glyph in eight, and the slow one every glyph."""
+
+
+@one_in
 @pytest.mark.parametrize("name", vf.bundled_fonts())
-def test_every_glyph_at_random_places(name: str) -> None:
+def test_glyphs_at_random_places(name: str, step: int) -> None:
     font, referee = bundled(name)
     rng = np.random.default_rng(2026)
-    for glyph_name in font.glyph_names:
+    for glyph_name in font.glyph_names[::step]:
         check(font, referee, glyph_name, locations(font, 6, rng))
 
 
+@one_in
 @pytest.mark.parametrize("name", vf.bundled_fonts())
-def test_every_glyph_at_the_peak_of_each_of_its_regions(name: str) -> None:
+def test_glyphs_at_the_peak_of_each_of_their_regions(name: str, step: int) -> None:
     font, referee = bundled(name)
-    for glyph_name in font.glyph_names:
+    for glyph_name in font.glyph_names[::step]:
         peaks = font.glyph(glyph_name).support[..., 1].numpy()
         if len(peaks):
             check(font, referee, glyph_name, np.unique(peaks, axis=0))

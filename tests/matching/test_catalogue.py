@@ -118,9 +118,10 @@ def pool(**options) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(2, mp_context=context, **options)
 
 
-def test_threads_come_to_the_same(serial, image):
+def test_threads_come_to_the_same(serial_few, image, monkeypatch):
+    monkeypatch.setattr(catalogue, "CHUNK", 1)
     with ThreadPoolExecutor(2) as executor:
-        assert numbers(match(image, FONTS, executor=executor)) == numbers(serial)
+        assert numbers(match(image, FEW, executor=executor)) == numbers(serial_few)
 
 
 @pytest.mark.slow
