@@ -21,11 +21,11 @@ def test_a_text_beyond_the_limit_is_refused(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_letters_of_a_long_text_stand_where_those_of_a_short_one_do() -> None:
-    short, long = (vf.Text("recursive", WORD * count) for count in (2, 20))
+    short, long = (vf.Text("recursive", WORD * count).layout for count in (2, 100))
     # From the second word on, each word stands one word farther than the one before.
-    width = short.layout[10].x - short.layout[0].x
-    found = np.array([glyph.x for glyph in long.layout])
-    wanted = [short.layout[i % 10].x + width * (i // 10) for i in range(200)]
+    width = short[10].x - short[0].x
+    found = np.array([glyph.x for glyph in long])
+    wanted = [short[i % 10].x + width * (i // 10) for i in range(1000)]
     np.testing.assert_allclose(found, wanted, atol=1e-6)
 
 
