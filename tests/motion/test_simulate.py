@@ -7,13 +7,7 @@ import pytest
 import torch
 
 import vfwidget as vf
-
-FLOOR = [(-3000, -600), (4000, -600), (4000, 0), (-3000, 0)]
-G = 6000.0
-
-
-def simulated(text, steps, **options):
-    return vf.simulate(text, steps, progress=False, **options)
+from tests.motion.falls import FLOOR, G, fallen, simulated
 
 
 def high(string="O", font="recursive", y=1000.0):
@@ -23,7 +17,7 @@ def high(string="O", font="recursive", y=1000.0):
 @pytest.fixture(scope="module")
 def bounce():
     """A letter that falls by 1,000 units, and bounces twice."""
-    return simulated(high(), 70, forces=(0, -G), obstacles=[FLOOR], positions=True, restitution=0.7)
+    return fallen(high(), 70, restitution=0.7)
 
 
 def heights(animation):
@@ -65,9 +59,7 @@ def test_an_impact_squashes_a_letter_and_the_letter_recovers(bounce) -> None:
 
 
 def test_the_same_input_gives_the_same_animation(bounce) -> None:
-    again = simulated(
-        high(), 70, forces=(0, -G), obstacles=[FLOOR], positions=True, restitution=0.7
-    )
+    again = fallen(high(), 70, restitution=0.7)
     np.testing.assert_array_equal(again.theta, bounce.theta)
     np.testing.assert_array_equal(again.offsets, bounce.offsets)
 
@@ -76,17 +68,7 @@ def test_the_same_input_gives_the_same_animation(bounce) -> None:
 @pytest.mark.parametrize("font", ["recursive", "roboto-flex"])
 def test_apexes_do_not_depend_on_the_substeps(font) -> None:
     few, many = (
-        heights(
-            simulated(
-                high(font=font),
-                80,
-                forces=(0, -G),
-                obstacles=[FLOOR],
-                positions=True,
-                restitution=0.7,
-                substeps=substeps,
-            )
-        )
+        heights(fallen(high(font=font), 80, restitution=0.7, substeps=substeps))
         for substeps in (1, 8)
     )
     np.testing.assert_allclose(few[:2], many[:2], rtol=0.05)
@@ -101,15 +83,7 @@ def test_with_restitution_1_a_letter_bounces_as_high_for_ten_seconds(
     font, string, substeps
 ) -> None:
     text = high(string, font, y=800)
-    bounces = simulated(
-        text,
-        600,
-        forces=(0, -G),
-        obstacles=[FLOOR],
-        positions=True,
-        restitution=1.0,
-        substeps=substeps,
-    )
+    bounces = fallen(text, 600, restitution=1.0, substeps=substeps)
     start = text.point_set().positions(text.place)[:, 1].min()
     apexes = heights(bounces)
     # A bounce takes about 1.03 s.
@@ -122,9 +96,7 @@ def test_with_restitution_1_a_letter_bounces_as_high_for_ten_seconds(
 
 
 def test_without_restitution_a_letter_stays_on_the_floor() -> None:
-    fall = simulated(
-        high(y=200), 40, forces=(0, -G), obstacles=[FLOOR], positions=True, restitution=0.0
-    )
+    fall = fallen(high(y=200), 40, restitution=0.0)
     low = fall[-1].point_set().positions(fall[-1].place)[:, 1].min()
     assert abs(low) < 0.5
     assert np.diff(fall.energy).max() <= 1e-4 * G * 200
@@ -143,15 +115,7 @@ def test_springs_swing_with_the_given_frequency_and_come_to_rest() -> None:
 
 def test_friction_stops_a_sliding_letter() -> None:
     def way(friction):
-        slide = simulated(
-            vf.Text("recursive", "H"),
-            20,
-            forces=(0, -G),
-            impulses=[(0, (1000, 0))],
-            obstacles=[FLOOR],
-            positions=True,
-            friction=friction,
-        )
+        slide = fallen(vf.Text("recursive", "H"), 20, impulses=[(0, (1000, 0))], friction=friction)
         return slide.positions[-1, 0, 0]
 
     assert way(0.0) == pytest.approx(1000 * 20 / 60, rel=0.01)
@@ -167,6 +131,20 @@ def test_a_thin_floor_is_not_passed(thickness: float) -> None:
     )
     assert fall.penetration.max() < 0.5
     assert min(float(c[..., 1].min()) for c in fall[-1].segments()) > -301
+
+
+def test_obstacles_appear_and_vanish() -> None:
+    ledge = [(-500, 300), (1500, 300), (1500, 400), (-500, 400)]
+    text = high("O", y=500)
+
+    def height(obstacles):
+        fall = fallen(text, 40, obstacles=obstacles, restitution=0.0)
+        assert fall.penetration.max() < 0.5
+        return fall.positions[-1, 0, 1]
+
+    # The letter reaches the ledge after 0.16 s, and leaves it after half a second.
+    assert height(lambda t: [FLOOR, ledge] if t < 0.5 else [FLOOR]) < 380
+    assert height(lambda t: [FLOOR] if t < 0.1 else [FLOOR, ledge]) > 400
 
 
 def test_an_obstacle_that_letters_could_pass_unseen_is_refused() -> None:
@@ -193,9 +171,7 @@ def test_axes_alone_make_room_for_an_obstacle() -> None:
 def test_a_stack_comes_to_rest() -> None:
     text = vf.Text("recursive", "HEO", shared=False)
     places = [(-g.x + 40 * (-1) ** i, 30 + 760 * i) for i, g in enumerate(text.layout)]
-    stack = simulated(
-        text.at(offsets=places), 130, forces=(0, -4000), obstacles=[FLOOR], positions=True
-    )
+    stack = fallen(text.at(offsets=places), 130, forces=(0, -4000))
     assert stack.penetration.max() < 0.5
     assert np.diff(stack.energy).max() <= 1e-4 * 4000 * 1000
     points = np.array([f.point_set().positions(f.place) for f in stack[-5:]])
@@ -237,16 +213,7 @@ def test_letters_that_are_pushed_into_each_other_are_never_blocked(
         return [corners, FLOOR]
 
     word = vf.Text("recursive", string, axes={"wght": weight}, shared=False)
-    gravity = (0, -4000)
-    pushed = vf.simulate(
-        word,
-        26,
-        forces=gravity,
-        obstacles=bar,
-        positions=True,
-        restitution=restitution,
-        progress=False,
-    )
+    pushed = fallen(word, 26, forces=(0, -4000), obstacles=bar, restitution=restitution)
     assert pushed.penetration.max() < 0.1
     first, last = pushed.positions[[0, -1], :, 0]
     assert (last > first).all()
@@ -369,7 +336,7 @@ def test_bad_input_is_refused(options, message) -> None:
 @pytest.mark.parametrize("string", ["a b", "a "])
 def test_a_space_has_no_mass_and_stays_where_it_is(string) -> None:
     text = high(string, y=300)
-    fall = simulated(text, 4, forces=(0, -G), obstacles=[FLOOR], positions=True)
+    fall = fallen(text, 4)
     dropped = fall.positions[-1] - fall.positions[0]
     np.testing.assert_allclose(dropped[0], (0, -G / 2 * fall.times[-1] ** 2), atol=1e-6)
     np.testing.assert_array_equal(dropped[1], 0)

@@ -18,11 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, IntArray
+from ..energy import Term
+from ..energy.energy import Energy
+from ..energy.rows import Derivative
 from ..text import Text
 from ..text.memo import Memo
 from ..text.place import AXES, OFFSETS, ROTATIONS, Place
@@ -38,6 +41,43 @@ LEAST_MASS = 1e-6
 """Share of the mean mass that every control point has at least, so that it is determined."""
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
 """The rotation of the plane by 90°, counterclockwise."""
+
+
+class _Upright(NamedTuple):
+    """Letters at some Θ, where the layout sets them, and derivatives by Θ.
+
+    Attributes
+    ----------
+    own : (r,) array
+        Reduced coordinates of the letters as seen from their origins.
+    moves : (r, n) array
+        Their derivative by the axis vector of their letter.
+    origins : (l, 2) array
+    origin_moves : (l, 2, p, n) array
+    """
+
+    own: Array
+    moves: Array
+    origins: Array
+    origin_moves: Array
+
+
+class _Coordinates(Term):
+    """The coordinates of some points as residuals, which an :class:`Energy` compiles."""
+
+    affine = True
+
+    def __init__(self, points: PointSet) -> None:
+        self._points = points
+
+    def points(self, text: Text) -> PointSet:
+        return self._points
+
+    def residual(self, points: Array, theta: Array) -> Array:
+        return points.ravel()
+
+    def derivative(self, points: Array, theta: Array) -> Derivative:
+        return Derivative(np.eye(points.size).reshape(points.size, *points.shape))
 
 
 class Body:
@@ -82,6 +122,7 @@ class Body:
         self._positions: Memo[Array] = Memo()
         self._reduced: Memo[Array] = Memo()
         self._moves: Memo[Array] = Memo(8)
+        self._uprights: Memo[_Upright] = Memo(8)
         ends = self.word.first_point
         self.slices = [slice(a, b) for a, b in pairwise(ends)]
         self._roots = np.sqrt(self._masses(mass))
@@ -100,6 +141,7 @@ class Body:
         self._vector = np.zeros_like(self.letter) if self.word.shared else self.letter
         self._deltas: Array | None = None
         self._origins = self.word.starts(np.arange(len(self.rows)))
+        self._compiled = Energy(text, [_Coordinates(self._origins)])
         if isinstance(self.word.outline, AffinePoints):
             self._reduce(self.word.outline)
         self.inertia = self._inertia()
@@ -171,9 +213,15 @@ class Body:
         angles = {ROTATIONS: text.rotations} if self.rotates else {}
         return Place({**text.place, **angles})
 
+    def _key(self, place: Mapping[str, Array]) -> bytes:
+        """What the points of a place depend on."""
+        turned = self.rotates and ROTATIONS in place
+        blocks = (AXES, OFFSETS, ROTATIONS) if turned else (AXES, OFFSETS)
+        return b"".join([place[name].tobytes() for name in blocks])
+
     def positions(self, place: Mapping[str, Array]) -> Array:
         """All control points at a place, (K, 2)."""
-        return self._positions.get(_key(place), lambda: self.points(self.reduced_at(place)))
+        return self._positions.get(self._key(place), lambda: self.points(self.reduced_at(place)))
 
     def reduced(self, positions: Array) -> Array:
         """The reduced coordinates (r,) of control points (K, 2)."""
@@ -207,7 +255,7 @@ class Body:
 
     def reduced_at(self, place: Mapping[str, Array]) -> Array:
         """The reduced coordinates (r,) at a place."""
-        return self._reduced.get(_key(place), lambda: self._reduced_at(place))
+        return self._reduced.get(self._key(place), lambda: self._reduced_at(place))
 
     def _outline(self, place: Mapping[str, Array]) -> PointSet:
         """The control points of letters with the angles of a place."""
@@ -219,15 +267,29 @@ class Body:
     def _reduced_at(self, place: Mapping[str, Array]) -> Array:
         if self._deltas is None:
             return self.reduced(self._outline(place).positions(place))
-        gamma = self.word.regions.scalars(place[AXES])
-        own = self._fixed + (self._deltas * gamma[self._vector]).sum(1)
+        upright = self._upright(place[AXES])
+        own = upright.own
         if self._turned:
             own = self.rotated(own, place.get(ROTATIONS, self.text.rotations))
-        return own + self.force(self._origins.positions(place))
+        return own + self.force(upright.origins + place[OFFSETS])
+
+    def _upright(self, theta: Array) -> _Upright:
+        """The letters at Θ (p, n), before they are displaced and rotated."""
+        return self._uprights.get(theta.tobytes(), lambda: self._upright_at(theta))
+
+    def _upright_at(self, theta: Array) -> _Upright:
+        assert self._deltas is not None
+        gamma, slopes = self.word.regions.scalars_and_jacobian(theta)
+        own = self._fixed + (self._deltas * gamma[self._vector]).sum(1)
+        moves = (self._deltas[:, None] @ slopes[self._vector])[:, 0]
+        x = theta.ravel()
+        origins = self._compiled.residual(x).reshape(-1, 2) - self.text.place[OFFSETS]
+        by_theta = self._compiled.jacobian(x).reshape(*origins.shape, *theta.shape)
+        return _Upright(own, moves, origins, by_theta)
 
     def reduced_moves(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
         """Derivative (r, N) of the reduced coordinates by the free unknowns; read only."""
-        key = _key(place), tuple(slices)
+        key = self._key(place), *slices
         return self._moves.get(key, lambda: self._reduced_moves(place, slices))
 
     def _reduced_moves(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
@@ -266,10 +328,9 @@ class Body:
                 for b, own in zip(self._bases, self.slices, strict=True)
             ]
             return np.concatenate(parts)
-        _, slopes = self.word.regions.scalars_and_jacobian(place[AXES])
-        origins = self._origins.positions_and_jacobian(place)[1]
-        moves = (self.lift[:, :, None, None] * origins[self.letter]).sum(1)
-        within = (self._deltas[:, None] @ slopes[self._vector])[:, 0]
+        upright = self._upright(place[AXES])
+        moves = (self.lift[:, :, None, None] * upright.origin_moves[self.letter]).sum(1)
+        within = upright.moves
         if self._turned:
             within = self.rotated(within, place.get(ROTATIONS, self.text.rotations))
         moves[np.arange(len(moves)), self._vector] += within
@@ -297,8 +358,3 @@ class Body:
         """Largest length of vectors at the control points (K, 2) in each letter, (l,)."""
         lengths = np.hypot(*values.T)
         return np.array([lengths[own].max(initial=0.0) for own in self.slices])
-
-
-def _key(place: Mapping[str, Any]) -> bytes:
-    blocks = (place[name] for name in (AXES, OFFSETS, ROTATIONS) if name in place)
-    return b"".join(block.tobytes() for block in blocks)

@@ -21,7 +21,7 @@ from .flight import Flight
 from .laws import Laws, State
 from .scene import Scene
 from .terms import Contact, Inertia, Springs
-from .warm import TOLERANCES, approach, predicted
+from .warm import TOLERANCES, approach, pressed
 
 MOST_STEPS = 40
 """Of the solver, for each solve."""
@@ -47,12 +47,14 @@ class FreeStep:
     Attributes
     ----------
     free : Place
-        Where the motion leads without contact.
+        Where the motion leads without contact. It is found if the step is ``settled``.
     settled : bool
-        Whether this place has been solved for. Letters that were in contact are likely to stay so.
-        Then it is predicted only.
-    now : (S, 4, 2) array
-        All segments before the step.
+        Letters that were in contact are likely to stay so. Then inertia alone leads to ``end``,
+        which shows well enough where letters press.
+    end : (r,) array
+        Reduced coordinates after the step, without contact.
+    now, ends : (S, 4, 2) arrays
+        All segments before the step, and after it without contact.
     reach : float
         Font units within which shapes may meet.
     """
@@ -83,15 +85,16 @@ class FreeStep:
         """Let the step last h seconds: the place to which it leads without contact."""
         self.h, self.settled = h, settled
         terms = self.motion()
-        start = self.flight.carried(self.goal, h) if settled else None
-        self.free = self.solve(terms, None, start, settled=settled)
         outlines, self.later = self.scene.at(self.time + h)
-        self.matches = outlines is self.outlines
-        self.outlines = outlines
-        self.moved = self.segments(self.free, self.later) - self.now
-        if not self.matches:
-            # The obstacles before and after the step are not the same ones.
-            self.moved[len(self.body.controls) :] = 0.0
+        if outlines is not self.outlines:
+            # Obstacles that have no counterpart before the step are there from its start.
+            self.outlines, self.obstacles = outlines, self.later
+            self.now = self.segments(self.state.place, self.later)
+        if settled:
+            self.free = self.solve(terms, None, self.flight.carried(self.goal, h))
+        self.end = self.body.reduced_at(self.free) if settled else self.goal
+        self.ends = np.concatenate([self.body.points(self.end)[self.body.controls], self.later])
+        self.moved = self.ends - self.now
         # Shapes that move together have no motion relative to each other.
         count, owner = len(self.scene.stroke), outlines.owner
         size = np.maximum(np.bincount(owner, minlength=count), 1)
@@ -126,23 +129,24 @@ class FreeStep:
         contact: Contact | None = None,
         start: Mapping[str, Array] | None = None,
         free: tuple[str, ...] = (),
-        settled: bool = True,
     ) -> Place:
         """The place at which the terms are least, from the place of the state or from ``start``.
 
-        The solver takes over if the search does not settle. If the place need not be ``settled``,
-        it is predicted by one step.
+        The solver takes over if the search does not settle.
         """
         energy = Energy(self.text, terms, free=free or self.body.free)
         begin = energy.unknowns.start if start is None else energy.unknowns.flat(start)
-        if not settled:
-            return Place(energy.unknowns.place(predicted(energy, contact, begin)))
         x, found = approach(energy, contact, begin)
         if not found:
             if contact is not None:
                 energy = energy.at(self.text, [*terms, contact])
             x = descend(energy, x, TOLERANCES, MOST_STEPS, scale_by_columns=True).state.x
         return Place(energy.unknowns.place(x))
+
+    def pressed(self, terms: Sequence[Term], contact: Contact, start: Mapping[str, Array]) -> Array:
+        """How strongly each contact presses after the first step of a search, (C,)."""
+        energy = Energy(self.text, terms, free=self.body.free)
+        return pressed(energy, contact, energy.unknowns.flat(start))
 
     def gaps(self, segments: Array, reach: float) -> Gaps:
         """The gaps between all shapes that are smaller than ``reach``, in font units."""

@@ -21,6 +21,8 @@ THINNEST = 1.0
 """Font units: an obstacle that is thinner is refused, because letters could pass it unseen."""
 NEAREST = 1e-6
 """Font units: sides that are nearer to a point are its own."""
+NEARBY = 6.0
+"""Font units: gaps are found up to here, because those that are near are needed again."""
 THIN = 0.1
 """Part of the outline at which a shape may be thinner than its stroke, because of corners."""
 
@@ -48,19 +50,23 @@ class Scene:
         self._shapes: list[Shape] = []
         self._outlines: Outlines | None = None
         self._gaps: dict[tuple[int, bytes], tuple[float, Gaps]] = {}
+        self.stroke = np.array([max(_stroke(letter), THINNEST) for letter in self._letters])
         self.at(0.0)
-        self.stroke = np.array([*map(_stroke, self._letters), *self._strokes_of_obstacles()])
-        self.stroke = np.maximum(self.stroke, THINNEST)
 
-    def _strokes_of_obstacles(self) -> list[float]:
-        strokes = [_stroke(shape) for shape in self._shapes]
+    def _measure(self, obstacles: list[Shape]) -> None:
+        """Keep the thinnest stroke that each obstacle has had."""
+        strokes = np.array([_stroke(obstacle) for obstacle in obstacles])
         for number, stroke in enumerate(strokes, 1):
             if stroke < THINNEST:
                 raise MotionError(
                     f"Obstacle {number} is {stroke:.3g} font units thick, and letters could pass "
                     f"it unseen. Make it at least {THINNEST:g} unit thick."
                 )
-        return strokes
+        letters, known = np.split(self.stroke, [len(self._letters)])
+        least = np.full(max(len(known), len(strokes)), np.inf)
+        for some in (known, strokes):
+            least[: len(some)] = np.minimum(least[: len(some)], some)
+        self.stroke = np.concatenate([letters, least])
 
     def at(self, time: float) -> tuple[Outlines, Array]:
         """All outlines, and the segments (S', 4, 2) of the obstacles, at a time in seconds."""
@@ -73,7 +79,8 @@ class Scene:
         if known is None or known[0] < reach:
             if len(self._gaps) > 4:
                 self._gaps.clear()
-            self._gaps[key] = known = reach, outlines.gaps(segments, reach)
+            most = max(reach, NEARBY)
+            self._gaps[key] = known = most, outlines.gaps(segments, most)
         found = known[1]
         return found if known[0] == reach else found.some(abs(found.gap) < reach)
 
@@ -101,6 +108,7 @@ class Scene:
             raise MotionError(f"The obstacles cannot be read.{when} {error}") from error
         # The structure decides which points correspond to each other at two times.
         if self._outlines is None or [s.sizes for s in shapes] != [s.sizes for s in self._shapes]:
+            self._measure(shapes)
             self._outlines = Outlines([*self._letters, *shapes], len(self._letters))
         self._shapes = shapes
         segments = [np.zeros((0, 4, 2)), *(shape.segments for shape in shapes)]

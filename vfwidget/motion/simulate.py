@@ -27,9 +27,9 @@ from .inputs import (
 )
 from .laws import Laws, State
 from .numbers import read_count, read_number
-from .scene import Scene
+from .scene import NEARBY, Scene
 from .start import DEEP, apart
-from .steps import NEARBY, BlockedError, Stepper
+from .steps import BlockedError, Stepper
 
 SLOW, PATIENCE = 5e-3, 0.5
 """A text that moves by less than so many em a second for so many seconds falls asleep."""

@@ -26,7 +26,7 @@ from .body import Body
 from .flight import Flight
 from .free_step import FreeStep
 from .laws import Laws, State
-from .scene import Scene
+from .scene import NEARBY, Scene
 from .terms import (
     SLIP,
     STIFFNESS,
@@ -52,10 +52,12 @@ IMPACT = 1.0
 """Font units of the fastest point in the solve that finds the velocities after an impact."""
 MOST_ROUNDS, DEEPEST = 8, 0.02
 """Contacts are found again until none is deeper than the second number, in font units."""
-NEARBY, DEEP = 6.0, 100.0
-"""They are found within the motion of the step, but within these numbers at least and at most."""
+DEEP = 100.0
+"""Font units: they are found within the motion of the step, but at most within this distance."""
 LEFT = 0.25
 """Font units: if a deeper contact is left, the step is tried again with half of its time."""
+SAME = 1e-6
+"""Font units: a contact that is deeper by less is as deep as before the step."""
 BLOCKED = 4.0
 """Font units: a deeper contact that is left at the end of the shortest step cannot be resolved. The
 next step may resolve one that is less deep; a frame that shows it causes a warning."""
@@ -126,58 +128,66 @@ class _Step(FreeStep):
         self.longest = part * self.h
         if part < 1 and self.laws.substeps is None:
             self.set_duration(max(0.9 * part * self.h, self.laws.frame / MOST_CUTS))
-        inside = self._resting()
+        before = self._before()
+        inside = self._resting(before)
         resting = bool(len(inside.gap))
         if not resting and not self.settled:
             self.set_duration(self.h)
             return self.taken(bounce)
         if not resting:
-            ahead = self.gaps(self.segments(self.free, self.later), self.reach)
+            ahead = self.gaps(self.ends, self.reach)
             inside = ahead.some(ahead.gap < 0)
             moment = self._impact(inside) if bounce and len(inside.gap) else None
             if moment == 0.0:
                 return self._reflected(), 0.0
             if moment is not None:
                 self.set_duration(moment)
-                ahead = self.gaps(self.segments(self.free, self.later), self.reach)
+                ahead = self.gaps(self.ends, self.reach)
                 # On the way to the impact, slower contacts may press.
                 inside = ahead.some(ahead.gap < -LEFT)
             if not len(inside.gap):
                 return self.after(self.free), self.h
         self.touching = self.touching | self.letters_of(inside)
         while True:
-            state, depth = self._in_contact(resting)
+            state, depth = self._in_contact(before, resting)
             shortest = self.h <= self.laws.frame / MOST_CUTS
-            if depth < max(LEFT, self.state.depth) or shortest:
+            if depth < max(LEFT, self.state.depth + SAME) or shortest:
                 break
             # Contacts that come and go from round to round are fewer in a shorter step. One that
             # was as deep before is not.
             self.set_duration(max(self.h / 2, self.laws.frame / MOST_CUTS))
+            before = self._before()
         if depth > BLOCKED:
             raise BlockedError(depth)
         return replace(state, depth=depth), self.h
 
-    def _resting(self) -> Gaps:
+    def _before(self) -> Touches:
+        """All pairs of points that are near each other before the step."""
+        return Touches(self.body, self.gaps(self.now, self.reach), self.later)
+
+    def _resting(self, before: Touches) -> Gaps:
         """The contacts that this step presses together, if nothing near approaches fast.
 
         Then the contacts before the step are those of the step, and no others are looked for.
         """
-        near = self.gaps(self.now, self.reach)
-        ends = self.segments(self.free, self.later)
-        pressed = (near.gap < CLOSE) & ((self.relative(near, ends) * near.normal).sum(1) < 0)
-        slow = self.matches and not self._fast(near).any()
-        return near.some(pressed & slow)
+        near = before.gaps
+        pressed = (near.gap < CLOSE) & (before.apart.value(self.end) < 0)
+        if pressed.any() and self._fast(near).any():
+            pressed[:] = False
+        return near.some(pressed)
 
     def _fast(self, gaps: Gaps) -> BoolArray:
         """Which gaps close so fast that their contact is an impact, before any force acts."""
+        size = float(np.hypot(*self.acceleration.T).max(initial=0.0))
+        return np.asarray(self._approach(gaps) > max(FAST * size * self.laws.frame, 1e-6))
+
+    def _approach(self, gaps: Gaps) -> Array:
+        """By how many font units per second gaps close at the start of the step, (C,)."""
         velocities = np.zeros_like(self.now)
         own = self.body.points(self.state.velocity)[self.body.controls]
         velocities[: len(own)] = own
-        if self.matches:
-            velocities[len(own) :] = (self.later - self.obstacles) / self.h
-        approach = -(self.relative(gaps, velocities) * gaps.normal).sum(1)
-        size = float(np.hypot(*self.acceleration.T).max(initial=0.0))
-        return np.asarray(approach > max(FAST * size * self.laws.frame, 1e-6))
+        velocities[len(own) :] = (self.later - self.obstacles) / self.h
+        return np.asarray(-(self.relative(gaps, velocities) * gaps.normal).sum(1))
 
     def _impact(self, inside: Gaps) -> float | None:
         """Seconds until the first impact, 0 if it is now; None if all contacts are slow."""
@@ -185,8 +195,12 @@ class _Step(FreeStep):
         fast = self._fast(inside) & (before > inside.gap)
         if not fast.any():
             return None
-        start, end = before[fast], inside.gap[fast]
-        part = float(np.clip(start / (start - end), 0.0, 1.0).min())
+        start, end = np.maximum(before[fast], 0.0), inside.gap[fast]
+        # A gap closes like a parabola: start - speed τ + bend τ², with τ from 0 to 1.
+        speed = self.h * self._approach(inside)[fast]
+        bend = end - start + speed
+        root = np.sqrt(np.maximum(speed * speed - 4 * bend * start, 0.0))
+        part = float(np.clip(2 * start / (speed + root), 0.0, 1.0).min())
         return part * self.h if part * float((start - end).max()) > CLOSE else 0.0
 
     def _part(self, near: Gaps) -> float:
@@ -195,24 +209,26 @@ class _Step(FreeStep):
         room = np.maximum(near.gap, 0.0) + PART * self.scene.stroke[near.shape].min(1)
         return float((room / np.maximum(way, 1e-12)).min(initial=np.inf))
 
-    def _in_contact(self, resting: bool) -> tuple[State, float]:
+    def _in_contact(self, before: Touches, resting: bool) -> tuple[State, float]:
         """The state after a step with contact, without bounce, and its deepest contact."""
         terms, place = self.motion(), self.state.place if resting else self.free
-        before = self.gaps(self.now, self.reach)
-        found = before if resting else self._gaps_at(place, self.reach)
-        if found.gap.min(initial=0.0) < -UNCLEAR and self.matches:
-            # Deep inside, the nearest way out may lead to the wrong side. Before the step the
-            # sides were clear.
-            place = self.solve(terms, Contact(Touches(self.body, before, self.later)), place)
+        touches = before
+        if not resting:
             found = self._gaps_at(place, self.reach)
-        touches = Touches(self.body, found, self.later)
+            if found.gap.min(initial=0.0) < -UNCLEAR:
+                # Deep inside, the nearest way out may lead to the wrong side. Before the step the
+                # sides were clear.
+                place = self.solve(terms, Contact(before), place)
+                found = self._gaps_at(place, self.reach)
+            touches = Touches(self.body, found, self.later)
         rough, depth = resting and self.laws.friction > 0, 0.0
         if rough:
-            # The solve with friction finds the contacts again.
-            place = self.solve(terms, Contact(touches), place)
+            # Forces that are nearly right limit the friction, and the solve with friction finds
+            # the contacts again.
+            force = self.pressed(terms, Contact(touches), place)
         else:
             place, touches, depth = self._apart(terms, touches, place)
-        force = Contact(touches).force_at(place)
+            force = Contact(touches).force_at(place)
         # A step that is left this deep is tried again, or has failed.
         rubs = self.laws.friction > 0 and depth < LEFT and force.any()
         rubbing = self._frictions(touches, force) if rubs else []
@@ -241,11 +257,12 @@ class _Step(FreeStep):
         self, terms: Sequence[Term], touches: Touches, place: Place
     ) -> tuple[Place, Touches, float]:
         """The least place whose contacts are found there, the contacts, and how deep one is."""
+        depth = np.inf
         for _ in range(MOST_ROUNDS):
             place = self.solve(terms, Contact(touches), place)
             found = self._gaps_at(place, min(max(self.reach, NEARBY), DEEP))
-            depth = -float(found.gap.min(initial=0.0))
-            if depth < DEEPEST:
+            before, depth = depth, -float(found.gap.min(initial=0.0))
+            if depth < DEEPEST or depth == before:
                 break
             touches = Touches(self.body, found, self.later)
         return place, touches, depth
@@ -268,9 +285,7 @@ class _Step(FreeStep):
         gaps = self.gaps(self.now, 2 * CLOSE)
         fastest = float(np.linalg.norm(self.moved, axis=2).max())
         moment = IMPACT * self.h / max(fastest, 1e-9)
-        obstacles = self.obstacles
-        if self.matches:
-            obstacles = obstacles + moment / self.h * (self.later - self.obstacles)
+        obstacles = self.obstacles + moment / self.h * (self.later - self.obstacles)
         least = (self.relative(gaps, self.now) * gaps.normal).sum(1)
         touches = Touches(self.body, gaps, obstacles)
         contact = Contact(touches, 100 * STIFFNESS, least)
@@ -278,8 +293,7 @@ class _Step(FreeStep):
         def stopped(velocity: Array, free: tuple[str, ...]) -> Array:
             """The nearest velocity that brings no contact closer."""
             onwards = Inertia(self.body, self.reduced + moment * velocity)
-            place = self.solve([onwards], free=free)
-            place = self.solve([onwards], contact, place, free)
+            place = self.solve([onwards], contact, free=free)
             return (self.body.reduced_at(place) - self.reduced) / moment
 
         body, e, velocity = self.body, self.laws.restitution, self.state.velocity

@@ -129,7 +129,11 @@ class Along:
 
     def at(self, place: Mapping[str, Array]) -> Array:
         """Their values at a place, (C,)."""
-        return np.asarray(self.rows @ self.body.reduced_at(place) + self.fixed)
+        return self.value(self.body.reduced_at(place))
+
+    def value(self, reduced: Array) -> Array:
+        """Their values at reduced coordinates (r,), (C,)."""
+        return np.asarray(self.rows.dot(reduced) + self.fixed)
 
     def moves(self, place: Mapping[str, Array], slices: Mapping[str, slice]) -> Array:
         """Their derivative by the free unknowns, (C, N)."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, BoolArray
 from ..energy.energy import Energy
 from ..solver.drivers import answer
 from ..solver.linearize import cell, one_sided
@@ -53,7 +53,8 @@ def approach(energy: Energy, contact: Contact | None, x: Array) -> tuple[Array, 
     settled : bool
         Whether no step of the model lowers the energy noticeably. Then x needs no other search.
     """
-    here, before = _Point(energy, contact, x), 0.0
+    model = _Model(energy, contact)
+    here, before = _Point(model, x), 0.0
     for _ in range(MOST_STEPS):
         enough = TOLERANCES.least_decrease(here.cost)
         if here.cost <= enough:
@@ -63,10 +64,9 @@ def approach(energy: Energy, contact: Contact | None, x: Array) -> tuple[Array, 
             return here.x, True
         if promised <= NEARLY * enough and promised * promised <= enough * before:
             # At this rate the step after this one would gain less.
-            return np.clip(here.x + step, energy.lower, energy.upper), True
+            return model.within(here.x + step), True
         for _ in range(MOST_HALVINGS):
-            x = np.clip(here.x + step, energy.lower, energy.upper)
-            there = _Point(energy, contact, x)
+            there = _Point(model, model.within(here.x + step))
             if there.cost < here.cost:
                 break
             step = step / 2
@@ -76,66 +76,113 @@ def approach(energy: Energy, contact: Contact | None, x: Array) -> tuple[Array, 
     return here.x, False
 
 
-def predicted(energy: Energy, contact: Contact | None, x: Array) -> Array:
-    """Unknowns (N,) to which one step of the model leads from x (N,)."""
-    return np.clip(x + _Point(energy, contact, x).step()[0], energy.lower, energy.upper)
+def pressed(energy: Energy, contact: Contact, x: Array) -> Array:
+    """How strongly each contact presses after one step of the model from x (N,), (C,)."""
+    model = _Model(energy, contact)
+    here = _Point(model, x)
+    here.step()
+    return model.root * here.pressure
+
+
+class _Model:
+    """What is the same at all points: an energy, a contact, and the walls of the unknowns.
+
+    Attributes
+    ----------
+    root : float
+        Root of the weight of the contact.
+    active : (C + B,) bool array or None
+        The contacts and walls that were active in the latest step.
+    """
+
+    def __init__(self, energy: Energy, contact: Contact | None) -> None:
+        self.energy, self.contact = energy, contact
+        self.root = 0.0 if contact is None else float(np.sqrt(contact.weight))
+        lower, upper = energy.lower, energy.upper
+        # At a kink the derivative is that to the right, and a lower bound has no other side.
+        self.kinks = np.where(energy.kinks > lower[:, None], energy.kinks, np.inf)
+        proximity = Proximity(*energy.proximity)
+        self.problem = Problem(lower, upper, self.kinks, proximity=proximity)
+        self._bounded = np.flatnonzero(np.isfinite(lower) | np.isfinite(upper))
+        sides = np.eye(len(lower))[self._bounded]
+        self._sides = np.concatenate([sides, -sides])
+        self.active: BoolArray | None = None
+
+    def within(self, x: Array) -> Array:
+        """The nearest unknowns (N,) within the bounds."""
+        return np.minimum(np.maximum(x, self.energy.lower), self.energy.upper)
+
+    def gaps(self, x: Array) -> Array:
+        """The gaps of the contact at x, weighted, (C,)."""
+        if self.contact is None:
+            return np.zeros(0)
+        return self.root * self.contact.gaps_at(self.energy.unknowns.place(x))
+
+    def slopes(self, x: Array) -> Array:
+        """The derivative of the residual and of the gaps at x, (r + C, N)."""
+        jacobian = self.energy.jacobian(x)
+        if self.contact is None:
+            return jacobian
+        unknowns = self.energy.unknowns
+        normals = self.contact.touches.apart.moves(unknowns.place(x), unknowns.slices)
+        return np.concatenate([jacobian, self.root * normals])
+
+    def walls(self, low: Array, high: Array, size: Array) -> tuple[Array, Array]:
+        """Rows (B, N) and room (B,) for steps between low and high, weighted by size (N,)."""
+        bounded = self._bounded
+        room = np.concatenate([-low[bounded] * size[bounded], high[bounded] * size[bounded]])
+        return self._sides * size, room
 
 
 class _Point:
-    """The model of an energy and a contact at x (N,).
+    """The model at x (N,).
 
     Attributes
     ----------
     cost : float
+    pressure : (C,) array
+        How deep each contact is after the step of the model, weighted; known after :meth:`step`.
     """
 
-    def __init__(self, energy: Energy, contact: Contact | None, x: Array) -> None:
-        self.energy, self.contact, self.x = energy, contact, x
-        self.problem = Problem(
-            energy.lower, energy.upper, energy.kinks, proximity=Proximity(*energy.proximity)
-        )
-        residual = energy.residual(x)
-        self._own, self._gaps = slice(0, len(residual)), np.zeros(0)
-        if contact is not None:
-            self._gaps = np.sqrt(contact.weight) * contact.gaps_at(energy.unknowns.place(x))
-        self._residual = np.concatenate([residual, np.minimum(self._gaps, 0.0)])
-        self.cost = self.problem.cost(self._residual, x)
+    def __init__(self, model: _Model, x: Array) -> None:
+        self.model, self.x = model, x
+        self._own, self._gaps = model.energy.residual(x), model.gaps(x)
+        self._residual = np.concatenate([self._own, np.minimum(self._gaps, 0.0)])
+        self.cost = model.problem.cost(self._residual, x)
 
-    def _slopes(self, x: Array) -> Array:
-        """The derivative of the residual and of the gaps, (r + C, N)."""
-        jacobian, contact = self.energy.jacobian(x), self.contact
-        if contact is None:
-            return jacobian
-        unknowns = self.energy.unknowns
-        normals = contact.touches.apart.moves(unknowns.place(x), unknowns.slices)
-        return np.concatenate([jacobian, np.sqrt(contact.weight) * normals])
+    def _slopes(self) -> tuple[Array, Array, Array]:
+        """The derivative, and how far a step may go before it crosses a bound or a kink."""
+        model, x = self.model, self.x
+        state = State(x, self._residual, self.cost)
+        slopes, low, high = answer(one_sided(model.problem, state), {Kind.JACOBIAN: model.slopes})
+        below, above = cell(model.kinks, x)
+        return slopes, np.maximum(low, below), np.minimum(high, above)
 
     def step(self) -> tuple[Array, float]:
         """The least d of the model up to the next kinks, and by how much it lowers the energy."""
-        state = State(self.x, self._residual, self.cost)
-        weights, reference = self.energy.proximity
-        slopes, low, high = answer(one_sided(self.problem, state), {Kind.JACOBIAN: self._slopes})
-        assert self.problem.kinks is not None
-        below, above = cell(self.problem.kinks, self.x)
-        low, high = np.maximum(low, below), np.minimum(high, above)
-        jacobian, normals = slopes[self._own], slopes[self._own.stop :]
+        model = self.model
+        weights, reference = model.energy.proximity
+        slopes, low, high = self._slopes()
+        jacobian, normals = slopes[: len(self._own)], slopes[len(self._own) :]
         curvature = jacobian.T.dot(jacobian)
         diagonal = curvature.ravel()[:: len(curvature) + 1]
         diagonal += weights
-        slope = self._residual[self._own].dot(jacobian) + weights * (self.x - reference)
+        slope = self._own.dot(jacobian) + weights * (self.x - reference)
         size = np.sqrt(WALL * (diagonal + (normals * normals).max(0, initial=0.0)))
-        walls, room = [normals], [self._gaps]
-        for side, end in ((1.0, -low), (-1.0, high)):
-            near = np.isfinite(end)
-            walls.append(side * np.diag(size)[near])
-            room.append((size * end)[near])
-        d = np.clip(least(curvature, slope, np.concatenate(walls), np.concatenate(room)), low, high)
-        before, after = self._residual[self._own.stop :], np.minimum(self._gaps + normals @ d, 0.0)
-        return d, float(before @ before - after @ after - d @ (curvature @ d + 2 * slope))
+        walls, room = model.walls(low, high, size)
+        rows, gaps = np.concatenate([normals, walls]), np.concatenate([self._gaps, room])
+        d, model.active = least(curvature, slope, rows, gaps, model.active)
+        d = np.minimum(np.maximum(d, low), high)
+        before = self._residual[len(self._own) :]
+        self.pressure = after = np.maximum(-(self._gaps + normals.dot(d)), 0.0)
+        gain = before.dot(before) - after.dot(after) - d.dot(curvature.dot(d) + 2 * slope)
+        return d, float(gain)
 
 
-def least(curvature: Array, slope: Array, normals: Array, gaps: Array) -> Array:
-    """The minimum (N,) of ½ d·H d + f·d + ½ Σ max(0, −(g + N d))².
+def least(
+    curvature: Array, slope: Array, normals: Array, gaps: Array, active: BoolArray | None = None
+) -> tuple[Array, BoolArray]:
+    """The minimum (N,) of ½ d·H d + f·d + ½ Σ max(0, −(g + N d))², and the active rows (C,).
 
     Parameters
     ----------
@@ -145,17 +192,21 @@ def least(curvature: Array, slope: Array, normals: Array, gaps: Array) -> Array:
         f.
     normals : (C, N) array
     gaps : (C,) array
+    active : (C,) bool array, optional
+        A guess of the rows that are active at the minimum.
     """
-    diagonal = np.diag(curvature)
+    diagonal = curvature.diagonal()
     extra = LEAST * (diagonal + 1e-3 * diagonal.max())
-    regular = curvature + np.diag(extra)
-    active = gaps < 0
+    regular = curvature.copy()
+    regular.ravel()[:: len(regular) + 1] += extra
+    if active is None:
+        active = (gaps < 0) | ((gaps == 0) & (normals.dot(slope) > 0))
     fewest, patience = len(gaps) + 1, PATIENCE
     for _ in range(MOST_EXCHANGES):
         rows = normals[active]
-        matrix = regular + rows.T @ rows
-        found = -np.linalg.solve(matrix, slope + rows.T @ gaps[active])
-        wrong = np.flatnonzero((gaps + normals @ found < 0) != active)
+        matrix = regular + rows.T.dot(rows)
+        found = -np.linalg.solve(matrix, slope + gaps[active].dot(rows))
+        wrong = ((gaps + normals.dot(found) < 0) != active).nonzero()[0]
         if not len(wrong):
             break
         if len(wrong) < fewest:
@@ -164,6 +215,7 @@ def least(curvature: Array, slope: Array, normals: Array, gaps: Array) -> Array:
             patience -= 1
         else:
             wrong = wrong[-1:]
+        active = active.copy()
         active[wrong] = ~active[wrong]
     # One refinement removes the effect of the entries that were added.
-    return found + np.linalg.solve(matrix, extra * found)
+    return found + np.linalg.solve(matrix, extra * found), active

@@ -9,26 +9,31 @@ Aanæs 2005).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, BoolArray, IntArray
+from ..outline.cubics import bernstein
 from ..outline.monotone import coefficients, evaluate, evaluate_slope
+from ..text.memo import Memo
 from .contacts import LEAST, nearest_chord, step_toward
 from .shape import Shape
 
 CHORDS = 8
 """Samples of a curve, and chords that replace it in the search for the nearest point."""
 STRAIGHT = 1e-3
-"""A segment is straight if its handles deviate from its chord by at most so many font units."""
+"""A segment is straight if its handles are at the thirds of its chord, up to so many font units."""
 NEWTON = 3
-"""Newton steps for a projection, and for the nearest point of a curve."""
-SETTLED = 1e-9
-"""Newton's method ends when no parameter moves farther. Its next step would be far smaller."""
+"""Newton steps for a projection; twice as many for the nearest points of two curves."""
+SETTLED = 1e-3
+"""Newton's method ends when no parameter moves farther. Its next step would be about the square."""
+THIRDS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 3
+"""Weights of the ends of a straight segment at its handles."""
 SAG = 4.0
 """A curve is at most so many font units away from its chords."""
+_GRID = bernstein(np.linspace(0, 1, CHORDS + 1)).T
 
 
 class Gaps(NamedTuple):
@@ -60,12 +65,9 @@ class Gaps(NamedTuple):
 
     def ends(self, segments: Array) -> tuple[Array, Array]:
         """Both points of every gap, two (C, 2) arrays, on segments (S, 4, 2) of an outline."""
-        first, second = ((_bernstein(self.t[:, i])) for i in range(2))
-        points = segments[self.segment]
-        return (
-            (first[..., None] * points[:, 0]).sum(1),
-            (second[..., None] * points[:, 1]).sum(1),
-        )
+        weights = np.moveaxis(bernstein(self.t), 0, -1)
+        points = (weights[:, :, None] @ segments[self.segment])[:, :, 0]
+        return points[:, 0], points[:, 1]
 
 
 class Outlines:
@@ -88,7 +90,10 @@ class Outlines:
         self.letters = letters
         counts = [sum(shape.sizes) for shape in shapes]
         self.owner = np.repeat(np.arange(len(shapes)), counts)
-        self.slices = np.cumsum([0, *counts])
+        # A space has no segments.
+        self._filled = np.flatnonzero(counts)
+        self._starts = np.cumsum([0, *counts])[self._filled]
+        self._chords: Memo[_Chords] = Memo(4)
         sizes = np.array([size for shape in shapes for size in shape.sizes], dtype=np.intp)
         ends = np.cumsum(sizes)
         self._after, self._before = (np.arange(len(self.owner)) + step for step in (1, -1))
@@ -105,52 +110,75 @@ class Outlines:
             Control points of all shapes. Inside a shape, points up to ``reach`` deep are found.
         """
         low, high = segments.min(1), segments.max(1)
-        bent = ~straight(segments)
-        filled = np.flatnonzero(np.diff(self.slices))
-        starts = self.slices[filled]
-        bottom, top = np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts)
+        bottom = np.minimum.reduceat(low, self._starts)
+        top = np.maximum.reduceat(high, self._starts)
         near = ((bottom[:, None] - reach < top) & (bottom - reach < top[:, None])).all(-1)
-        found, chords = [], {}
-        for i, j in np.argwhere(np.triu(near, 1)).tolist():
-            if filled[i] >= self.letters:
-                continue
+        letters = int(np.searchsorted(self._filled, self.letters))
+        pairs = np.argwhere(np.triu(near, 1)[:letters])
+        if not len(pairs):
+            return _NONE
+        bent = ~straight(segments)
+        chords = self._chords.get(bent.tobytes(), lambda: _Chords(bent, self._starts))
+        start, along = chords.at(segments)
+        found, others = [], {}
+        for i, j in pairs.tolist():
             box = np.maximum(bottom[i], bottom[j]) - reach, np.minimum(top[i], top[j]) + reach
-            inside = ((low <= box[1]) & (high >= box[0])).all(1)
+            within = ((start >= box[0]) & (start <= box[1])).all(1)
+            reached = ((low <= box[1]) & (high >= box[0])).all(1)[chords.index]
             for a, b in ((i, j), (j, i)):
-                own, other = (
-                    np.flatnonzero(inside[starts[k] : self.slices[filled[k] + 1]]) + starts[k]
-                    for k in (a, b)
-                )
+                own, other = chords.some(within, a), chords.some(reached, b)
                 if len(own) and len(other):
-                    known = chords[filled[a], filled[b]] = _Chords(segments, other, bent)
-                    found.append(_nearby(segments, own, bent, known, box, reach))
+                    best, part, distance = nearest_chord(start[own], start[other], along[other])
+                    kept = distance < reach + SAG
+                    found.append((own[kept], *chords.point(other[best[kept]], part[kept])))
+                    others[self._filled[a], self._filled[b]] = other
         if not found:
             return _NONE
-        samples = self._project(segments, *(np.concatenate(v) for v in zip(*found, strict=True)))
+        own, index, s = (np.concatenate(values) for values in zip(*found, strict=True))
+        curves = coefficients(segments)
+        samples = self._project(curves, chords.index[own], chords.first[own], index, s)
         samples = samples.some(abs(samples.gap) < reach)
-        nearest = self._nearest(segments, samples, bent, chords)
-        return _joined([samples, nearest.some(abs(nearest.gap) < reach)])
+        segment, t, index, s = self._nearest(curves, samples, bent)
+        if not len(segment):
+            return samples
+        # On the way another part of the outline may have become the nearest one.
+        position = evaluate(curves[..., segment], t).T
+        shape = self.owner[np.stack([segment, index], 1)]
+        for pair, other in others.items():
+            rows = np.flatnonzero((shape == pair).all(1))
+            if len(rows):
+                best, part, _ = nearest_chord(position[rows], start[other], along[other])
+                index[rows], s[rows] = chords.point(other[best], part)
+        nearest = self._project(curves, segment, t, index, s)
+        nearest = nearest.some(abs(nearest.gap) < reach)
+        return Gaps(*(np.concatenate(both) for both in zip(samples, nearest, strict=True)))
 
     def _project(
-        self, segments: Array, segment: IntArray, t: Array, index: IntArray, s: Array
+        self, curves: Array, segment: IntArray, t: Array, index: IntArray, s: Array
     ) -> Gaps:
         """The gaps of points of outlines, with first guesses s of the nearest points."""
-        curves = coefficients(segments[index])
-        position = evaluate(coefficients(segments[segment]), t)
+        position, other = evaluate(curves[..., segment], t), curves[..., index]
         for _ in range(NEWTON):
-            before, s = s, _toward(curves, s, position)
+            step = step_toward(other, s, position)
+            before, s = s, np.clip(s - step, 0.0, 1.0)
             if abs(s - before).max(initial=0.0) < SETTLED:
                 break
-        return self._measured(segments, segment, t, index, s)
+        offset = (position - evaluate(other, s)).T
+        outward = self._normals(curves, index, s)
+        length = np.hypot(*offset.T)
+        side = np.where((offset * outward).sum(1) < 0, -1.0, 1.0)
+        normal = side[:, None] * _unit(offset, side[:, None] * outward)
+        pairs = np.stack([segment, index], 1)
+        return Gaps(self.owner[pairs], pairs, np.stack([t, s], 1), normal, side * length)
 
     def _nearest(
-        self,
-        segments: Array,
-        samples: Gaps,
-        bent: BoolArray,
-        chords: Mapping[tuple[int, int], _Chords],
-    ) -> Gaps:
-        """The points of curves that are nearest to the other shape, from the nearest samples."""
+        self, curves: Array, samples: Gaps, bent: BoolArray
+    ) -> tuple[IntArray, Array, IntArray, Array]:
+        """The points of curves that are nearest to the other shape, from the nearest samples.
+
+        At the ends (t, s) of a least gap, both curves are parallel, and the gap is perpendicular
+        to the second one. Newton's method solves both equations together.
+        """
         order = np.lexsort((samples.gap, samples.shape[:, 1], samples.segment[:, 0]))
         key = np.stack([samples.segment[order, 0], samples.shape[order, 1]])
         first = np.concatenate([[True], (key[:, 1:] != key[:, :-1]).any(0)])[: len(order)]
@@ -161,110 +189,110 @@ class Outlines:
         t = np.concatenate([best.t[:, 0], np.ones(len(corner.t))])
         index = np.concatenate([best.segment[:, 1], corner.segment[:, 1]])
         s = np.concatenate([best.t[:, 1], corner.t[:, 1]])
-        normal = np.concatenate([best.normal, corner.normal])
         curved = np.flatnonzero(bent[segment])
-        if not len(curved):
-            return _NONE
-        segment, t, index, s, normal = (v[curved] for v in (segment, t, index, s, normal))
-        own, other = coefficients(segments[segment]), coefficients(segments[index])
+        segment, t, index, s = (v[curved] for v in (segment, t, index, s))
+        own, other = curves[..., segment], curves[..., index]
         low, high = np.maximum(t - 1 / CHORDS, 0), np.minimum(t + 1 / CHORDS, 1)
-        for _ in range(2 * NEWTON):
-            slope = (evaluate_slope(own, t) * normal.T).sum(0)
-            bend = ((2 * own[2] + 6 * own[3] * t) * normal.T).sum(0)
+        for _ in range(2 * NEWTON if len(t) else 0):
             before = t, s
-            t = np.clip(t - slope / np.where(bend > 0, bend, np.inf), low, high)
-            position = evaluate(own, t)
-            s = _toward(other, s, position)
-            away = (position - evaluate(other, s)).T
-            turned = _unit(away, normal)
-            normal = np.where((turned * normal).sum(1, keepdims=True) < 0, -turned, turned)
-            if abs(np.stack([t, s]) - before).max() < SETTLED:
+            t_step, s_step, by_t = _parallel(own, other, t, s, self._sign[index])
+            t = np.clip(t + t_step, low, high)
+            s = np.clip(s + s_step + by_t * (t - before[0]), 0, 1)
+            if max(abs(t - before[0]).max(), abs(s - before[1]).max()) < SETTLED:
                 break
-        # On the way another part of the outline may have become the nearest one.
-        shape = self.owner[np.stack([segment, index], 1)]
-        for pair, others in chords.items():
-            rows = np.flatnonzero((shape == pair).all(1))
-            index[rows], s[rows], _ = others.nearest(position.T[rows])
-        return self._project(segments, segment, t, index, s)
+        return segment, t, index, s
 
-    def _measured(
-        self, segments: Array, segment: IntArray, t: Array, index: IntArray, s: Array
-    ) -> Gaps:
-        """The gaps between given points."""
-        own, other = coefficients(segments[segment]), coefficients(segments[index])
-        offset = (evaluate(own, t) - evaluate(other, s)).T
-        outward = self.normals(segments, index, s)
-        length = np.hypot(*offset.T)
-        side = np.where((offset * outward).sum(1) < 0, -1.0, 1.0)
-        normal = side[:, None] * _unit(offset, side[:, None] * outward)
-        pairs = np.stack([segment, index], 1)
-        return Gaps(self.owner[pairs], pairs, np.stack([t, s], 1), normal, side * length)
-
-    def normals(self, segments: Array, index: IntArray, t: Array) -> Array:
+    def _normals(self, curves: Array, index: IntArray, t: Array) -> Array:
         """Unit normals (p, 2) that point out of the shape; at a corner, along their bisector."""
-        normal = self._normal(segments, index, t)
+        normal = self._normal(curves, index, t)
         for end, beside, there in ((1.0, self._after, 0.0), (0.0, self._before, 1.0)):
             at = np.flatnonzero(t == end)
             if len(at):
                 other = beside[index[at]]
                 # A segment without length has no normal; the one beyond it forms the corner.
-                other = np.where(np.ptp(segments[other], axis=1).any(1), other, beside[other])
-                next_to = self._normal(segments, other, np.full(len(at), there))
+                long = curves[1:, :, other].any((0, 1))
+                other = np.where(long, other, beside[other])
+                next_to = self._normal(curves, other, np.full(len(at), there))
                 normal[at] = _unit(normal[at] + next_to, normal[at])
         return normal
 
-    def _normal(self, segments: Array, index: IntArray, t: Array) -> Array:
-        curves = coefficients(segments[index])
-        along = evaluate_slope(curves, t)
-        chord = (curves[1] + curves[2] + curves[3]).T
-        side = self._sign[index, None]
-        outward = np.stack([-along[1], along[0]], 1)
-        return _unit(side * outward, side * np.stack([-chord[:, 1], chord[:, 0]], 1))
+    def _normal(self, curves: Array, index: IntArray, t: Array) -> Array:
+        curves, side = curves[..., index], self._sign[index]
+        along, chord = evaluate_slope(curves, t), curves[1:].sum(0)
+        return _unit(_left(along, side), _left(chord, side))
 
 
 class _Chords:
-    """Chords that replace some segments in the search for the nearest point."""
+    """Chords that replace the segments in the search for the nearest point, shape after shape.
 
-    def __init__(self, segments: Array, which: IntArray, bent: BoolArray) -> None:
-        bent = bent[which]
-        self.index = np.concatenate([which[~bent], np.repeat(which[bent], CHORDS)])
-        curved = int(bent.sum())
-        self.first = np.zeros(len(self.index))
-        self.first[len(which) - curved :] = np.tile(np.arange(CHORDS) / CHORDS, curved)
-        self.length = np.repeat([1.0, 1 / CHORDS], [len(which) - curved, CHORDS * curved])
-        ends = _bernstein(np.concatenate([self.first, self.first + self.length]))
-        self.start, end = (ends.reshape(2, -1, 4)[..., None] * segments[self.index]).sum(2)
-        self.along = end - self.start
+    Attributes
+    ----------
+    index : (R,) int array
+        The segment of each chord.
+    first, length : (R,) arrays
+        Where the chord starts on its segment, and which part of it the chord replaces.
+    """
 
-    def nearest(self, points: Array) -> tuple[IntArray, Array, Array]:
-        """The segment, the parameter and the distance of the chord nearest to points (p, 2)."""
-        best, part, distance = nearest_chord(points, self.start, self.along)
-        return self.index[best], self.first[best] + part * self.length[best], distance
+    def __init__(self, bent: BoolArray, starts: IntArray) -> None:
+        counts = np.where(bent, CHORDS, 1)
+        self.index = np.repeat(np.arange(len(bent)), counts)
+        begins = np.cumsum(counts) - counts
+        self.length = 1 / counts[self.index]
+        self.first = (np.arange(len(self.index)) - begins[self.index]) * self.length
+        ends = np.stack([self.first, self.first + self.length])
+        self._ends = np.rint(CHORDS * ends).astype(int)
+        self._rows = [*begins[starts], len(self.index)]
 
+    def at(self, segments: Array) -> tuple[Array, Array]:
+        """The start of each chord and the way to its end, (R, 2) each."""
+        points = _GRID @ segments.swapaxes(0, 1).reshape(4, -1)
+        start, end = points.reshape(-1, len(segments), 2)[self._ends, self.index]
+        return start, end - start
 
-def _nearby(
-    segments: Array,
-    own: IntArray,
-    bent: BoolArray,
-    chords: _Chords,
-    box: tuple[Array, Array],
-    reach: float,
-) -> tuple[IntArray, Array, IntArray, Array]:
-    """Points of some segments that are near chords of others: segment, t, segment, parameter."""
-    inner = own[bent[own]]
-    segment = np.concatenate([own, np.repeat(inner, CHORDS - 1)])
-    t = np.concatenate([np.zeros(len(own)), np.tile(np.arange(1, CHORDS) / CHORDS, len(inner))])
-    position = (_bernstein(t)[..., None] * segments[segment]).sum(1)
-    kept = np.flatnonzero(((position >= box[0]) & (position <= box[1])).all(1))
-    index, s, distance = chords.nearest(position[kept])
-    near = distance < reach + SAG
-    kept = kept[near]
-    return segment[kept], t[kept], index[near], s[near]
+    def some(self, which: BoolArray, shape: int) -> IntArray:
+        """Those of a shape for which a mask (R,) is set."""
+        low, high = self._rows[shape : shape + 2]
+        return np.flatnonzero(which[low:high]) + low
+
+    def point(self, which: IntArray, part: Array) -> tuple[IntArray, Array]:
+        """Segment and parameter of points at a part of some chords, (p,) each."""
+        return self.index[which], self.first[which] + part * self.length[which]
 
 
-def _toward(curves: Array, s: Array, position: Array) -> Array:
-    """One Newton step of parameters s (p,) towards the points of curves nearest to positions."""
-    return np.asarray(np.clip(s - step_toward(curves, s, position), 0.0, 1.0))
+def _parallel(
+    own: Array, other: Array, t: Array, s: Array, side: Array
+) -> tuple[Array, Array, Array]:
+    """A Newton step towards parallel tangents at the nearest points of pairs of curves.
+
+    Returns
+    -------
+    t_step, s_step : (p,) arrays
+        The step of t, and that of s if t stays.
+    by_t : (p,) array
+        The step of s for a unit step of t.
+    """
+    away = evaluate(own, t) - evaluate(other, s)
+    along, tangent = evaluate_slope(own, t), evaluate_slope(other, s)
+    bend, turn = 2 * own[2] + 6 * own[3] * t, 2 * other[2] + 6 * other[3] * s
+    across, square = (away * tangent).sum(0), (tangent * tangent).sum(0)
+    # Where the distance is not convex, the step of a straight line is taken.
+    convex = square - (away * turn).sum(0)
+    convex = np.where(convex > 0.1 * square, convex, np.maximum(square, LEAST))
+    by_t, s_step = (along * tangent).sum(0) / convex, across / convex
+    apart = _cross(tangent, along) + s_step * _cross(turn, along)
+    grows = _cross(tangent, bend) + by_t * _cross(turn, along)
+    steps = np.divide(-apart, grows, out=np.zeros_like(t), where=side * grows > 0)
+    return steps, s_step, by_t
+
+
+def _cross(first: Array, second: Array) -> Array:
+    """The cross product of vectors (2, p)."""
+    return np.asarray(first[0] * second[1] - first[1] * second[0])
+
+
+def _left(vectors: Array, side: Array) -> Array:
+    """Vectors (2, p), turned to the left and multiplied by numbers (p,), as (p, 2)."""
+    return np.stack([-side * vectors[1], side * vectors[0]], 1)
 
 
 _NONE = Gaps(
@@ -278,16 +306,8 @@ _NONE = Gaps(
 
 def straight(segments: Array) -> BoolArray:
     """Which of the segments (S, 4, 2) are straight."""
-    chord = segments[:, 3] - segments[:, 0]
-    length = np.maximum(np.hypot(*chord.T), LEAST)
-    handles = segments[:, 1:3] - segments[:, :1]
-    across = handles[..., 0] * chord[:, None, 1] - handles[..., 1] * chord[:, None, 0]
-    inside = (handles * chord[:, None]).sum(-1)
-    within = (inside >= -STRAIGHT * length[:, None]) & (
-        inside <= (length * (length + STRAIGHT))[:, None]
-    )
-    straight: BoolArray = (within & (abs(across) <= STRAIGHT * length[:, None])).all(1)
-    return straight
+    thirds = THIRDS @ segments[:, ::3]
+    return np.asarray((abs(segments[:, 1:3] - thirds) <= STRAIGHT).all((1, 2)))
 
 
 def _sides(shapes: Sequence[Shape], contour: IntArray) -> Array:
@@ -306,19 +326,11 @@ def _sides(shapes: Sequence[Shape], contour: IntArray) -> Array:
     return np.where(np.where(weights == 0, sums, weights) < 0, -1.0, 1.0)
 
 
-def _joined(parts: Sequence[Gaps]) -> Gaps:
-    return Gaps(*(np.concatenate(values) for values in zip(*parts, strict=True)))
-
-
-def _bernstein(t: Array) -> Array:
-    """The weights (p, 4) of the control points at parameters t (p,)."""
-    s = 1 - t
-    return np.stack([s**3, 3 * s * s * t, 3 * s * t * t, t**3], 1)
-
-
 def _unit(vectors: Array, instead: Array) -> Array:
     """Vectors (p, 2) of length 1; where one vanishes, another vector takes its place."""
-    length = np.hypot(*vectors.T)
-    vectors = np.where((length > LEAST)[:, None], vectors, instead)
     length = np.hypot(*vectors.T)[:, None]
-    return np.asarray(vectors / np.where(length > 0, length, 1.0))
+    if length.min(initial=np.inf) <= LEAST:
+        vectors = np.where(length > LEAST, vectors, instead)
+        length = np.hypot(*vectors.T)[:, None]
+        length = np.where(length > 0, length, 1.0)
+    return np.asarray(vectors / length)
