@@ -91,9 +91,9 @@ class AffineRows:
         starts = origins.base.copy()
         starts[:, 0] += origins.pushed @ word.advance_base
         self._base = self._sums.of(points.base + starts[points.origin])
+        pushed = origins.pushed[points.origin] * word.can_vanish
         self._pushed: Array | None = None
-        if word.can_vanish.any():
-            pushed = origins.pushed[points.origin]
+        if pushed.any():
             self._pushed = self._sums.of(np.stack([pushed, np.zeros_like(pushed)], 1))
         self._arrange([self._gain_by(k) for k in range(word.parameters)])
         self._latest: tuple[bytes, tuple[Array, Array]] | None = None
@@ -118,8 +118,7 @@ class AffineRows:
         found = self._sums.of(by_points)
         kept = (found != 0).any(0)
         if self._pushed is not None:
-            by_advance = self._pushed * word.can_vanish
-            kept |= (by_advance[:, letters] @ word.advance_deltas[letters] != 0).any(0)
+            kept |= (self._pushed[:, letters] @ word.advance_deltas[letters] != 0).any(0)
         regions = np.flatnonzero(kept)
         return regions, found[:, regions]
 
@@ -162,24 +161,24 @@ class AffineRows:
         return latest[1]
 
     def _evaluate(self, theta: Array) -> tuple[Array, Array]:
-        rows, parameters = self._base, self._word.parameters
-        jacobian = np.zeros((len(rows), len(theta)))
-        if len(self._vectors):
-            n = len(theta) // parameters
-            gamma, slopes = self._slots.along(theta)
-            gain = self._gain
-            if self._pushed is not None:
-                rows, gain = self._hold_advances(theta)
-            factors = np.zeros((len(gain), gain.shape[2], n + 1))
-            factors.put(self._scalars_at, gamma)
-            factors.put(self._slopes_at, slopes.take(self._used))
+        rows, gain, parameters = self._base, self._gain, self._word.parameters
+        n = len(theta) // parameters
+        gamma, slopes = self._slots.along(theta)
+        if self._pushed is not None:
+            rows, gain = self._hold_advances(theta)
+        factors = np.zeros((len(gain), gain.shape[2], n + 1))
+        factors.put(self._scalars_at, gamma)
+        factors.put(self._slopes_at, slopes.take(self._used))
+        if len(gain) == parameters == 1:
+            # The drag of a shared word: a stack of one product takes half as long again.
+            product = gain[0].dot(factors[0])
+            rows, jacobian = rows + product[:, n], product[:, :n]
+        else:
             products = gain @ factors
             rows = rows + np.add.reduce(products[..., n])
-            by_vector = products[..., :n].swapaxes(0, 1)
-            if len(gain) == parameters:
-                jacobian = by_vector.reshape(jacobian.shape)
-            else:
-                jacobian.reshape(len(rows), parameters, n)[:, self._vectors] = by_vector
+            jacobian = np.zeros((len(rows), len(theta)))
+            by_letter = jacobian.reshape(len(rows), parameters, n)
+            by_letter[:, self._vectors] = products[..., :n].swapaxes(0, 1)
         if self._straight is not None:
             rows = rows + self._straight.dot(theta)
             jacobian += self._straight

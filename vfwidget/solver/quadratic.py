@@ -62,9 +62,12 @@ class DenseQuadratic(NamedTuple):
 
     def newton(self, d: Array, free: BoolArray) -> tuple[Array, Array]:
         """The step from d to the minimiser over the free variables, and the slope after it."""
-        matrix = np.where(free[:, None] & free, self.matrix, np.eye(len(free)))
-        step = -_solve(matrix, np.where(free, self.slope(d), 0.0))
-        return step, np.where(free, 0.0, self.slope(d + step))
+        at = free.nonzero()[0]
+        step = np.zeros(len(d))
+        step[at] = _solve(self.matrix[at[:, None], at], -self.slope(d)[at])
+        slope = self.slope(d + step)
+        slope[at] = 0.0
+        return step, slope
 
     def value(self, d: Array) -> float:
         """The value at d."""
@@ -143,7 +146,7 @@ class LowRankQuadratic(NamedTuple):
         scaled = self.jacobian.take(free, 1) * np.sqrt(inverse.take(free))
         small = scaled.dot(scaled.T)
         small.ravel()[:: len(small) + 1] += 1.0
-        y = np.linalg.solve(small, rows - spread.dot(rest))
+        y = _solve(small, rows - spread.dot(rest))
         return -(inverse * rest + y.dot(spread)), y
 
     def _gradient(self, rows: Array, size: Array, rest: Array) -> Array:
