@@ -247,7 +247,7 @@ def test_what_lies_beyond_a_side_of_the_other_box_is_one_chord(turn):
     disc = Shape(np.concatenate([polygon(ring), polygon(0.9 * ring[::-1])]) @ quarter, [40, 40])
     beam = Shape(box(80, -5, 200, 10).segments @ quarter, [4])
     outlines, _ = shortened([(disc, beam)])
-    assert len(outlines.points) < 20
+    assert len(outlines.segment) < 20
     assert area(disc, beam) == pytest.approx(by_clipper(disc, beam, 1), abs=1e-3)
     # A contour around a shape keeps its winding number there.
     spot = Shape(box(-5, -5, 10, 10).segments @ quarter, [4])

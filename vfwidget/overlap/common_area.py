@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, IntArray, expand, sum_at
+from ..arrays import Array, IntArray, expand
 from ..outline.area import areas, swept, weighted_powers
 from ..outline.arrangement import Spans, boundary
-from ..outline.monotone import coefficients, evaluate
+from ..outline.monotone import POWER, evaluate
 from .shape import CLOSED, Shape
 from .shortened import shortened
 
@@ -150,17 +150,18 @@ def _nearby(first: Array, second: Array, gap: float) -> IntArray:
 def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
     """The common areas of pairs of shapes, each of which has an outline."""
     outlines, origin = shortened(pairs)
-    pair, layer = np.divmod(outlines.shape, 2)
-    curves = coefficients(outlines.points - origin[pair, None])
+    pair, layer = outlines.shape >> 1, outlines.shape & 1
+    points = outlines.points - origin.take(pair, 1)
+    curves = (POWER @ points.reshape(4, -1)).reshape(points.shape)
     if len(pair):
         sizes = [size for size in np.bincount(outlines.contour).tolist() if size]
         spans = boundary(curves, sizes, pair, _in_both, layer)
     else:
         spans = Spans(pair, *[np.zeros(0)] * 3)
-    area = sum_at(pair[spans.cubic], areas(curves, spans), len(pairs))
+    area = np.bincount(pair[spans.cubic], areas(curves, spans), len(pairs))
     # Nothing but rounding is below zero.
     area = np.maximum(area, 0.0)
-    return Common(area, pair, layer, outlines.segment, curves, origin, spans)
+    return Common(area, pair, layer, outlines.segment, curves, origin.T, spans)
 
 
 def _clusters(group: IntArray, low: Array, high: Array) -> IntArray:

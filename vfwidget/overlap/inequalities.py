@@ -26,7 +26,7 @@ LATEST = 3
 STEPS = 40
 """Most steps towards the minimum under one set of inequalities; they evaluate no outlines."""
 STILL = 1e-7
-"""A step that is shorter, in normalized coordinates, is the last one."""
+"""Steps that are shorter, in normalized coordinates, are not shortened further."""
 LEAST_WEIGHT = 1e-6
 """Of the length of such a step, so that the step is unique."""
 
@@ -146,7 +146,7 @@ class Model(NamedTuple):
         """The minimum (N,).
 
         It is found by Newton's method, on a convex function that is quadratic as long as no
-        inequality changes from met to broken.
+        inequality changes from met to broken. At first all of them are taken to be broken.
         """
         root = np.sqrt(WALL)
         slopes = root * self.walls.slopes
@@ -159,23 +159,25 @@ class Model(NamedTuple):
             away = self.weights @ (x - self.reference) ** 2
             return float(rows @ rows + beyond @ beyond + away)
 
-        x, before = self.x, cost(self.x)
+        x, before, broken = self.x, cost(self.x), np.ones(len(slopes), dtype=bool)
         for _ in range(STEPS):
-            beyond = slopes @ x + offsets
-            broken = beyond > 0
             quadratic = LowRankQuadratic(
                 np.concatenate([self.jacobian, slopes[broken]]),
-                np.concatenate([self.constant + self.jacobian @ x, beyond[broken]]),
+                np.concatenate([self.constant + self.jacobian @ x, (slopes @ x + offsets)[broken]]),
                 held,
                 self.weights * (x - self.reference),
                 graded=True,
             )
-            step, _ = minimise_over_box(quadratic, self.lower - x, self.upper - x)
-            while (after := cost(x + step)) > before and abs(step).max() > STILL:
-                step = step / 2
-            if not after < before:
+            end = x + minimise_over_box(quadratic, self.lower - x, self.upper - x)[0]
+            if (broken == (slopes @ end + offsets > 0)).all():
+                x = end
                 break
-            x, before = x + step, after
-            if abs(step).max() <= STILL:
+            while (after := cost(end)) > before and abs(end - x).max() > STILL:
+                end = (x + end) / 2
+            known, gains = broken, after < before
+            if gains:
+                x, before = end, after
+            broken = slopes @ x + offsets > 0
+            if not gains and (broken == known).all():
                 break
         return np.clip(x, self.lower, self.upper)

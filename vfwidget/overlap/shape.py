@@ -38,15 +38,6 @@ class Shape:
     def __init__(self, segments: Array, sizes: Sequence[int]) -> None:
         self.segments, self.sizes = segments, Contours(sizes)
 
-    @cached_property
-    def boxes(self) -> Array:
-        """A box around the control points of each contour, (c, 2, 2)."""
-        if not self.sizes:
-            return np.zeros((0, 2, 2))
-        first = np.cumsum((0, *self.sizes[:-1]))
-        low = np.minimum.reduceat(self.segments.min(1), first)
-        return np.stack([low, np.maximum.reduceat(self.segments.max(1), first)], 1)
-
     @property
     def contours(self) -> list[Array]:
         """The segments of each contour, (s, 4, 2)."""
@@ -57,7 +48,8 @@ class Shape:
         """The box around all control points, (2, 2); an empty shape has an empty one."""
         if not self.sizes:
             return np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
-        return np.stack([self.boxes[:, 0].min(0), self.boxes[:, 1].max(0)])
+        points = self.segments.reshape(-1, 2)
+        return np.array([points.min(0), points.max(0)])
 
     def union(self) -> Spans:
         """The parts of the segments that bound the shape."""
@@ -84,15 +76,20 @@ def letters(text: Text, points: Array | None = None) -> list[Shape]:
     """
     if points is None:
         points = text.point_set().positions(text.place)
-    contours = text.word.contours
-    whole, shapes, segment, contour = Shape(points[contours.segments], contours), [], 0, 0
+    segments = points[text.word.contours.segments]
+    shapes, first = list[Shape](), 0
     for glyph in text.glyphs:
-        ends = segment + sum(glyph.contours), contour + len(glyph.contours)
-        shape = Shape(whole.segments[segment : ends[0]], glyph.contours)
-        # The boxes of all contours are found together.
-        shape.boxes = whole.boxes[contour : ends[1]]
-        shapes.append(shape)
-        segment, contour = ends
+        last = first + sum(glyph.contours)
+        shapes.append(Shape(segments[first:last], glyph.contours))
+        first = last
+    # The boxes of all letters are found together.
+    filled = [shape for shape in shapes if shape.sizes]
+    if filled:
+        counts = np.array([3 * len(shape.segments) for shape in filled])
+        starts = counts.cumsum() - counts
+        low, high = np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)
+        for shape, box in zip(filled, np.stack([low, high], 1), strict=True):
+            shape.box = box
     return shapes
 
 

@@ -8,15 +8,20 @@ all winding numbers inside the box as they are.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, IntArray, begins
+from ..arrays import Array, BoolArray, IntArray, begins, following
 from ..outline.near import near_pairs
 from .shape import CLOSED, Shape
 
-THIRDS = np.arange(4)[:, None] / 3
+THIRDS = np.arange(4)[:, None, None] / 3
+NEAR = 4
+"""Stands for no side of a box; 0 to 3 are left, below, right and above."""
+KEPT = 256
+"""Lists of shapes whose indices are kept, because they do not change while letters move."""
 
 
 class Outlines(NamedTuple):
@@ -24,7 +29,7 @@ class Outlines(NamedTuple):
 
     Attributes
     ----------
-    points : (C, 4, 2) array
+    points : (4, 2, C) array
         Control points.
     shape : (C,) int array
         The shape of each curve: 2 i and 2 i + 1 for those of pair i.
@@ -40,55 +45,95 @@ class Outlines(NamedTuple):
     segment: IntArray
 
 
-def shortened(pairs: list[tuple[Shape, Shape]]) -> tuple[Outlines, Array]:
-    """What matters of the outlines, and the middle (P, 2) of what the boxes have in common.
+class _Indices(NamedTuple):
+    """To which shape and contour each of S segments belongs, and where those begin.
 
-    Pairs of which no two segments come near each other are left out, unless a contour may lie
-    inside the other shape.
+    Attributes
+    ----------
+    shape, contour, segment : (S,) int arrays
+        ``segment`` counts within a shape.
+    first, opening : int arrays
+        The first segment of each shape, and of each contour.
+    opens : (S,) bool array
+        Whether a segment is the first one of a contour.
     """
-    if not pairs:
-        none = np.zeros(0, dtype=np.intp)
-        return Outlines(np.zeros((0, 4, 2)), none, none, none), np.zeros((0, 2))
-    shapes = [shape for pair in pairs for shape in pair]
-    points = np.concatenate([shape.segments for shape in shapes])
-    shape, first = _blocks([len(shape.segments) for shape in shapes])
-    contour, opening = _blocks([size for shape in shapes for size in shape.sizes])
-    low, high = points.min(1), points.max(1)
-    least, most = np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
-    middle = (np.maximum(least[::2], least[1::2]) + np.minimum(most[::2], most[1::2])) / 2
-    # The other shape of the pair.
-    other = shape ^ 1
-    least, most = least[other], most[other]
-    beyond = np.concatenate([high < least, low > most], 1)
-    side = np.where(beyond.any(1), beyond.argmax(1), -1)
-    near = np.flatnonzero(side < 0)
-    matters = np.zeros(len(pairs), dtype=bool)
-    inside = np.logical_and.reduceat(((low >= least) & (high <= most)).all(1), opening)
-    matters[shape[opening[inside]] // 2] = True
-    matters[_meeting(low[near], high[near], shape[near])] = True
 
-    start = np.flatnonzero((side < 0) | begins(side) | begins(contour))
-    end = np.append(start[1:], len(points)) - 1
-    chord = side[start] >= 0
-    # A contour that is one chord bounds nothing.
-    alone = np.bincount(contour[start])[contour[start]] == 1
-    kept = matters[shape[start] // 2] & ~(chord & alone)
-    start, end, chord = start[kept], end[kept], chord[kept]
-    curves, way = points[start], points[end, 3] - points[start, 0]
-    straight = curves[:, :1] + THIRDS * way[:, None]
-    curves = np.where(chord[:, None, None], straight, curves)
-    return Outlines(curves, shape[start], contour[start], start - first[shape[start]]), middle
+    shape: IntArray
+    contour: IntArray
+    segment: IntArray
+    first: IntArray
+    opening: IntArray
+    opens: BoolArray
 
 
-def _meeting(low: Array, high: Array, shape: IntArray) -> IntArray:
-    """The pairs in which boxes around segments of both shapes overlap or touch."""
-    if not len(shape):
-        return shape
-    (one, other), _, _ = near_pairs(low.T - CLOSED, high.T + CLOSED, shape // 2)
-    return np.asarray(shape[one[shape[one] != shape[other]]] // 2)
+@lru_cache(KEPT)
+def _indices(sizes: tuple[Sequence[int], ...]) -> _Indices:
+    shape, first = _blocks([sum(contours) for contours in sizes])
+    contour, opening = _blocks([size for contours in sizes for size in contours])
+    return _Indices(
+        shape, contour, np.arange(len(shape)) - first[shape], first, opening, begins(contour)
+    )
 
 
 def _blocks(counts: Sequence[int]) -> tuple[IntArray, IntArray]:
     """The block of each element, and the first element of each block, for blocks of given sizes."""
     sizes = np.array(counts, dtype=np.intp)
     return np.repeat(np.arange(len(sizes)), sizes), np.cumsum(sizes) - sizes
+
+
+def shortened(pairs: list[tuple[Shape, Shape]]) -> tuple[Outlines, Array]:
+    """What matters of the outlines, and the middle (2, P) of what the boxes have in common.
+
+    Pairs of which no two segments come near each other are left out, unless a contour may lie
+    inside the other shape.
+    """
+    if not pairs:
+        none = np.zeros(0, dtype=np.intp)
+        return Outlines(np.zeros((4, 2, 0)), none, none, none), np.zeros((2, 0))
+    shapes = [shape for pair in pairs for shape in pair]
+    of = _indices(tuple(shape.sizes for shape in shapes))
+    points = np.concatenate([shape.segments.reshape(-1, 8) for shape in shapes])
+    points = np.ascontiguousarray(points.T).reshape(4, 2, -1)
+    low, high = points.min(0), points.max(0)
+    least = np.minimum.reduceat(low, of.first, axis=1)
+    most = np.maximum.reduceat(high, of.first, axis=1)
+    middle = (
+        np.maximum(least[:, ::2], least[:, 1::2]) + np.minimum(most[:, ::2], most[:, 1::2])
+    ) / 2
+    # The other shape of the pair.
+    other = of.shape ^ 1
+    least, most = least.take(other, 1), most.take(other, 1)
+    beyond = np.ones((NEAR + 1, len(other)), dtype=bool)
+    np.less(high, least, out=beyond[:2])
+    np.greater(low, most, out=beyond[2:NEAR])
+    side = beyond.argmax(0)
+    near = side == NEAR
+    matters = np.zeros(len(pairs), dtype=bool)
+    within = ((low >= least) & (high <= most)).all(0)
+    inside = np.logical_and.reduceat(within, of.opening)
+    matters[of.shape[of.opening[inside]] // 2] = True
+    matters[_meeting(low, high, of.shape, near.nonzero()[0])] = True
+
+    start = (near | begins(side) | of.opens).nonzero()[0]
+    end = following(start) - 1
+    shape, contour, chord = of.shape[start], of.contour[start], ~near[start]
+    # A contour that is one chord bounds nothing.
+    alone = np.bincount(contour)[contour] == 1
+    kept = (matters[shape // 2] & ~(chord & alone)).nonzero()[0]
+    start, end, chord = start[kept], end[kept], chord[kept]
+    curves = points.take(start, 2)
+    straight = curves[0] + THIRDS * (points[3].take(end, 1) - curves[0])
+    curves = np.where(chord, straight, curves)
+    return Outlines(curves, shape[kept], contour[kept], of.segment[start]), middle
+
+
+def _meeting(low: Array, high: Array, shape: IntArray, near: IntArray) -> IntArray:
+    """The pairs in which boxes around segments ``near`` of both shapes overlap or touch."""
+    if not len(near):
+        return near
+    shape = shape[near]
+    (one, other), _, _ = near_pairs(
+        low.take(near, 1) - CLOSED, high.take(near, 1) + CLOSED, shape // 2
+    )
+    one, other = shape[one], shape[other]
+    return np.asarray(one[one != other] // 2)
