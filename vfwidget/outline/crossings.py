@@ -27,8 +27,8 @@ HEIGHTS = (1 - np.cos(np.linspace(0, np.pi, 5))) / 2
 """Relative heights at which two arcs are compared; dense at the ends, near which arcs may turn."""
 DIPS = 4
 """Steps of parabolic interpolation towards the height at which two arcs are nearest."""
-NEWTON, BISECTIONS = 7, 48
-"""Steps towards a crossing: first of Newton's method, then halvings where that fails."""
+NEWTON, ENCLOSURES = 5, 48
+"""Steps towards a crossing: first of Newton's method, then in a bracket where that fails."""
 
 
 class Climbers(NamedTuple):
@@ -207,17 +207,25 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
         t = t + xp.where(xp.isfinite(step), step, 0.0)
     rest = where_true(~met)
     if len(rest):
-        t[:, rest] = _bisect(lines, *(take(values, rest) for values in changes))
+        some = Changes(*(take(values, rest) for values in changes))
+        t[:, rest] = _enclose(lines, some, resolution)
     return t
 
 
-def _bisect(lines: Climbers, pairs: Any, height: Any, gap: Any) -> Any:
-    """As :func:`_meet`, by halving."""
-    xp = namespace(gap)
-    low, high = height
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        below = _gaps(lines, pairs, middle[None])[0] * gap[0] > 0
-        low, high = xp.where(below, middle, low), xp.where(below, high, middle)
-    middle = xp.concatenate([low + high] * 2) / 2
-    return lines.at(pairs.reshape(-1), middle)[0].reshape(2, -1)
+def _enclose(lines: Climbers, changes: Changes, resolution: float) -> Any:
+    """As :func:`_meet`, by the rule of false position, with the weights of the Illinois variant."""
+    pairs, (low, high), (below, above) = changes
+    xp = namespace(below)
+    held = xp.zeros_like(below)
+    for _ in range(ENCLOSURES):
+        middle = high - (high - low) * above / (above - below)
+        gap = _gaps(lines, pairs, middle[None])[0]
+        if (abs(gap) <= resolution).all():
+            break
+        side = xp.sign(gap * above)
+        # An end that stays twice loses half of its weight.
+        half = xp.where(side == held, 0.5, 1.0)
+        upper, held = side > 0, side
+        low, high = xp.where(upper, low, middle), xp.where(upper, middle, high)
+        below, above = xp.where(upper, below * half, gap), xp.where(upper, gap, above * half)
+    return lines.at(pairs.reshape(-1), xp.concatenate([middle, middle]))[0].reshape(2, -1)
