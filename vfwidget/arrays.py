@@ -235,6 +235,13 @@ def add_at(sums: Any, index: Any, values: Any) -> None:
         sums.index_add_(0, index, values)
 
 
+def running_maximum(values: Any) -> Any:
+    """Largest values up to each place along the first dimension."""
+    if type(values) is np.ndarray:
+        return np.maximum.accumulate(values)
+    return values.cummax(0).values
+
+
 def running_sum(values: Any) -> Any:
     """Sums up to each place along the last dimension, in place.
 

@@ -17,7 +17,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import between, count_up, integers, like, namespace, stacked, take, where_true
+from ..arrays import (
+    between,
+    count_up,
+    integers,
+    like,
+    namespace,
+    running_maximum,
+    stacked,
+    take,
+    where_true,
+)
 from .monotone import Arcs, climbs, evaluate, evaluate_slope, reach
 from .near import near_pairs
 
@@ -88,11 +98,12 @@ def crossings(lines: Climbers, arcs: Arcs, image: Any) -> tuple[Any, Any]:
     found = []
     if len(changing):
         some = take(pairs, changing)
-        found += _changes(some, take(height, changing), take(gap, changing), resolution)
+        found.append(_changes(some, take(height, changing), take(gap, changing), resolution))
     if len(near):
         some = take(pairs, near)
         heights, gaps = _dips(lines, some, take(height, near), take(gap, near))
-        found += _changes(some, heights, gaps, resolution)
+        found.append(_changes(some, heights, gaps, resolution))
+    found = [changes for changes in found if changes.pairs.shape[1]]
     if not found:
         return arcs.cubic[:0], arcs.start[:0]
     changes = Changes(*(xp.concatenate(parts, -1) for parts in zip(*found, strict=True)))
@@ -117,21 +128,17 @@ class Changes(NamedTuple):
     gap: Any
 
 
-def _changes(pairs: Any, height: Any, gap: Any, resolution: float) -> list[Changes]:
+def _changes(pairs: Any, height: Any, gap: Any, resolution: float) -> Changes:
     """Where gaps (H, P) of pairs (2, P) at ascending heights (H, P) change sign."""
     xp = namespace(gap)
-    begin, before = height[0], gap[0]
-    found = []
-    for end, after in zip(height[1:], gap[1:], strict=True):
-        clear, undecided = abs(after) > resolution, abs(before) <= resolution
-        here = where_true(clear & ~undecided & (before * after < 0))
-        if len(here):
-            bracket, sides = stacked([begin, end]), stacked([before, after])
-            found.append(Changes(take(pairs, here), take(bracket, here), take(sides, here)))
-        # What counts is the last height at which the two were apart.
-        clear |= undecided
-        begin, before = xp.where(clear, end, begin), xp.where(clear, after, before)
-    return found
+    decided = xp.where(abs(gap) > resolution, gap, 0.0)
+    row, every = count_up(len(gap), gap)[:, None], count_up(gap.shape[1], gap)
+    # What counts is the last height at which the two were apart.
+    last = running_maximum(xp.where(decided != 0, row, 0))[:-1]
+    here = where_true((decided[last, every] * decided[1:] < 0).reshape(-1))
+    pair = here % gap.shape[1]
+    rows = stacked([last.reshape(-1)[here], here // gap.shape[1] + 1])
+    return Changes(take(pairs, pair), height[rows, pair], gap[rows, pair])
 
 
 def _may_dip(gap: Any, resolution: float) -> Any:

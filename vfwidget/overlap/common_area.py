@@ -27,11 +27,12 @@ class Pieces(NamedTuple):
     pair : (M,) int array
     area : (M,) array
     segment : (U,) int array
-        Segments on the boundary of a piece, as an index of :attr:`Common.segment`.
+        The segment of each part of a boundary, as an index of :attr:`Common.segment`.
     piece : (U,) int array
-        The piece that each of them belongs to.
+        The piece that each of the parts belongs to.
     gradient : (U, 4, 2) array
-        The derivative of the piece's area by the segment's control points.
+        The derivative of the piece's area by the segment's control points, as far as the part
+        makes it.
     """
 
     pair: IntArray
@@ -76,22 +77,23 @@ class Common(NamedTuple):
 
     def pieces(self) -> Pieces:
         """The common areas, divided where a level or an upright line does not meet them."""
-        bound = np.flatnonzero(self.spans.weight)
+        bound = self.spans.weight.nonzero()[0]
         cubic, start, end, weight = (values[bound] for values in self.spans)
-        ends = np.stack([evaluate(self.curves[..., cubic], t) for t in (start, end)])
-        piece = self.pair[cubic]
-        for side in (1, 0):
-            piece = _clusters(piece, ends[:, side].min(0), ends[:, side].max(0))
-        _, first = np.unique(piece, return_index=True)
-        spans = Spans(cubic, start, end, weight)
-        both, index = np.unique(piece * len(self.pair) + cubic, return_inverse=True)
-        segment = both % max(len(self.pair), 1)
+        curves = self.curves.take(cubic, 2)
+        ends = evaluate(curves[:, None], np.array([start, end])[:, None])
+        low, high = np.minimum(ends[0], ends[1]), np.maximum(ends[0], ends[1])
+        piece = _clusters(_clusters(self.pair[cubic], low[1], high[1]), low[0], high[0])
+        count = piece.max(initial=-1) + 1
+        pair = np.zeros(count, dtype=np.intp)
+        pair[piece] = self.pair[cubic]
+        every = np.arange(len(cubic))
+        spans = Spans(every, start, end, weight)
         return Pieces(
-            self.pair[cubic[first]],
-            np.bincount(piece, areas(self.curves, spans), len(first)).astype(np.float64),
-            segment,
-            both // max(len(self.pair), 1),
-            swept(self.curves[..., segment], index, weighted_powers(start, end, weight)),
+            pair,
+            np.bincount(piece, areas(curves, spans), count).astype(np.float64),
+            cubic,
+            piece,
+            swept(curves, every, weighted_powers(start, end, weight)),
         )
 
     def spans_of(self, pair: int, layer: int) -> Spans:
@@ -170,11 +172,12 @@ def _clusters(group: IntArray, low: Array, high: Array) -> IntArray:
         return group
     # One group lies to the right of the one before.
     shift = group * (1 + high.max() - low.min())
-    order = np.argsort(low + shift, kind="stable")
-    reached = np.maximum.accumulate((high + shift)[order])
-    opens = np.append(True, (low + shift)[order][1:] > reached[:-1] + CLOSED)
+    low, high = low + shift, high + shift
+    order = low.argsort(kind="stable")
+    opens = np.ones(len(order), dtype=np.intp)
+    opens[1:] = low[order[1:]] > np.maximum.accumulate(high[order])[:-1] + CLOSED
     number = np.empty_like(group)
-    number[order] = np.cumsum(opens) - 1
+    number[order] = opens.cumsum() - 1
     return number
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, BoolArray, IntArray
+from ..arrays import Array, BoolArray, IntArray, between
 from ..solver.quadratic import LowRankQuadratic, minimise_over_box
 
 WALL = 1e4
@@ -60,7 +60,7 @@ class Walls(NamedTuple):
     @property
     def clearances(self) -> Array:
         """The distance that stays between two shapes that have met, (c,), in font units."""
-        return np.clip(self.depths, *CLEAR)
+        return np.asarray(between(self.depths, *CLEAR))
 
     @property
     def margins(self) -> Array:
@@ -97,10 +97,11 @@ def latest(looks: Sequence[Walls]) -> Walls:
     """The inequalities of each pair from the last few looks at which it overlapped."""
     kept, seen = list[Walls](), dict[int, int]()
     for walls in reversed(looks):
-        fresh = {pair for pair in walls.pair.tolist() if seen.get(pair, 0) < LATEST}
-        for pair in fresh:
+        pairs = walls.pair.tolist()
+        fresh = [seen.get(pair, 0) < LATEST for pair in pairs]
+        for pair in set(pairs):
             seen[pair] = seen.get(pair, 0) + 1
-        kept.append(walls.some(np.isin(walls.pair, list(fresh))))
+        kept.append(walls if all(fresh) else walls.some(np.array(fresh)))
     return Walls(*(np.concatenate(values) for values in zip(*kept, strict=True)))
 
 
@@ -166,7 +167,8 @@ class Model(NamedTuple):
                 np.concatenate([self.constant + self.jacobian @ x, (slopes @ x + offsets)[broken]]),
                 held,
                 self.weights * (x - self.reference),
-                graded=True,
+                # Inequalities are alike, and heavier than other rows.
+                graded=len(self.jacobian) > 0,
             )
             end = x + minimise_over_box(quadratic, self.lower - x, self.upper - x)[0]
             if (broken == (slopes @ end + offsets > 0)).all():

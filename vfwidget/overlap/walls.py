@@ -187,7 +187,7 @@ class Room:
             pair, area, gradient = found.by_piece(self.text.word.contours, self.starts)
             # The boundary of the first shape in the second one.
             own = self.points.letter == found.pairs[pair, :1]
-            length = np.hypot(*np.moveaxis(gradient * own[..., None], -1, 0)).sum(1)
+            length = (np.hypot(gradient[..., 0], gradient[..., 1]) * own).sum(1)
             deep = np.flatnonzero((area > TOUCH) & (length > 0))
             numbers = found.pairs @ np.array([len(self.starts) + len(self.keep.shapes), 1])
             pairs.append((numbers + found.obstacle * len(self.starts))[pair[deep]])

@@ -60,16 +60,19 @@ class PointSet(ABC):
         """The derivative (p, 2, size) by the blocks in which the points are linear."""
         own = np.eye(len(self.word.glyphs))[self.letter]
         offsets = np.eye(2)[None, :, None, :] * own[:, None, :, None]
-        tracking = self.word.origins.gaps[self.origin, None] * [1.0, 0.0]
         return {
             OFFSETS: offsets.reshape(len(own), 2, 2 * own.shape[1]),
-            TRACKING: tracking[..., None],
+            TRACKING: self._by_tracking[..., None],
         }
+
+    @cached_property
+    def _by_tracking(self) -> Array:
+        """The derivative of the points by the tracking, (p, 2)."""
+        return self.word.origins.gaps[self.origin, None] * np.array([1.0, 0.0])
 
     def _displacement(self, place: Values) -> Any:
         """What the offsets and the tracking add, (p, 2)."""
-        tracking = place[TRACKING][0] * self.word.origins.gaps[self.origin, None] * [1.0, 0.0]
-        return place[OFFSETS][self.letter] + tracking
+        return place[OFFSETS][self.letter] + place[TRACKING][0] * self._by_tracking
 
     @abstractmethod
     def some(self, which: IntArray) -> PointSet:
