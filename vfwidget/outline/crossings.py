@@ -37,6 +37,8 @@ HEIGHTS = (1 - np.cos(np.linspace(0, np.pi, 5))) / 2
 """Relative heights at which two arcs are compared; dense at the ends, near which arcs may turn."""
 DIPS = 4
 """Steps of parabolic interpolation towards the height at which two arcs are nearest."""
+SETTLED = 0.01
+"""Part of a gap by which a step must lower it for the search to go on."""
 NEWTON, ENCLOSURES = 5, 48
 """Steps towards a crossing: first of Newton's method, then in a bracket where that fails."""
 
@@ -170,7 +172,7 @@ def _dips(lines: Climbers, pairs: Any, height: Any, gap: Any) -> tuple[Any, Any]
         return bottom + tall * (1 - xp.cos(angle)) / 2
 
     ends, sides = angles[::2], values[::2]
-    for _ in range(DIPS):
+    for rounds in range(DIPS):
         (a, b, c), (low, mid, high) = angles, values
         rise, fall = (high - mid) * (b - a), (low - mid) * (c - b)
         vertex = b + (fall * (c - b) - rise * (b - a)) / (2 * (rise + fall))
@@ -183,6 +185,9 @@ def _dips(lines: Climbers, pairs: Any, height: Any, gap: Any) -> tuple[Any, Any]
         left = worse < inner
         angles = [xp.where(left, worse, a), inner, xp.where(left, c, worse)]
         values = [xp.where(left, lost, low), kept, xp.where(left, high, lost)]
+        # A gap that hardly becomes smaller stays above zero; below zero it need not be the least.
+        if rounds and ((kept < 0) | (mid - kept < SETTLED * kept)).all():
+            break
     # The gap may be below zero at both ends of the narrowed range, so the first ends are returned.
     angles, values = [ends[0], angles[1], ends[1]], [sides[0], values[1], sides[1]]
     return stacked([level(angle) for angle in angles]), stacked(values) * side
@@ -197,20 +202,18 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
     # (4, 2, 2, Q): coefficients of x and y of the first and the second arc.
     both = [take(side, pairs.reshape(-1)).reshape(4, 2, -1) for side in (lines.x, lines.y)]
     cubics = xp.moveaxis(stacked(both), 1, 0)
-    slack = resolution + 1e-9 * (height[1] - height[0])
+    middle = (height[0] + height[1]) / 2
+    slack = (height[1] - height[0]) * (0.5 + 1e-9) + resolution
     for rounds in range(NEWTON + 1):
-        x, y = evaluate(cubics, t)
-        dx, dy, up = x[1] - x[0], y[1] - y[0], y[0]
-        met = (
-            (abs(dx) + abs(dy) <= resolution)
-            & (up >= height[0] - slack)
-            & (up <= height[1] + slack)
-        )
+        place = evaluate(cubics, t)
+        away = place[:, 1] - place[:, 0]
+        met = (abs(away).sum(0) <= resolution) & (abs(place[1, 0] - middle) <= slack)
         if rounds == NEWTON or met.all():
             break
-        vx, vy = evaluate_slope(cubics, t)
-        across = vx[0] * vy[1] - vy[0] * vx[1]
-        step = stacked([dx * vy[1] - dy * vx[1], dx * vy[0] - dy * vx[0]]) / across
+        along = evaluate_slope(cubics, t)
+        # Each arc's step is measured by the direction of the other one.
+        vx, vy = along[0, [1, 0]], along[1, [1, 0]]
+        step = (away[0] * vy - away[1] * vx) / (vx[1] * vy[0] - vx[0] * vy[1])
         t = t + xp.where(xp.isfinite(step), step, 0.0)
     rest = where_true(~met)
     if len(rest):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, IntArray, expand
+from ..arrays import Array, IntArray, at_least_zero, expand, sum_at
 from ..outline.area import areas, swept, weighted_powers
 from ..outline.arrangement import Spans, boundary
 from ..outline.monotone import POWER, evaluate
@@ -137,16 +137,19 @@ def _nearby(first: Array, second: Array, gap: float) -> IntArray:
     """
     if not len(first) or not len(second):
         return np.zeros((0, 2), dtype=np.intp)
-    order = np.argsort(second[:, 0, 0], kind="stable")
-    least = second[order, 0, 0]
-    widest = (second[:, 1, 0] - second[:, 0, 0]).max()
-    begin = np.searchsorted(least, first[:, 0, 0] - gap - widest)
-    end = np.searchsorted(least, first[:, 1, 0] + gap)
+    left = second[:, 0, 0]
+    order = left.argsort(kind="stable")
+    least, widest = left[order], (second[:, 1, 0] - left).max()
+    begin = least.searchsorted(first[:, 0, 0] - gap - widest)
+    end = least.searchsorted(first[:, 1, 0] + gap)
     i, at = expand(begin, np.maximum(end - begin, 0))
     j = order[at]
-    near = (first[i, 0] - gap < second[j, 1]).all(1) & (second[j, 0] - gap < first[i, 1]).all(1)
-    found = np.stack([i[near], j[near]], 1)
-    return found[np.lexsort(found.T[::-1])]
+    one, other = first[i], second[j]
+    near = (one[:, 0] - gap < other[:, 1]) & (other[:, 0] - gap < one[:, 1])
+    near = near.all(1).nonzero()[0]
+    i, j = i[near], j[near]
+    order = np.lexsort((j, i))
+    return np.array([i[order], j[order]]).T
 
 
 def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
@@ -160,9 +163,8 @@ def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
         spans = boundary(curves, sizes, pair, _in_both, layer)
     else:
         spans = Spans(pair, *[np.zeros(0)] * 3)
-    area = np.bincount(pair[spans.cubic], areas(curves, spans), len(pairs))
     # Nothing but rounding is below zero.
-    area = np.maximum(area, 0.0)
+    area = at_least_zero(sum_at(pair[spans.cubic], areas(curves, spans), len(pairs)))
     return Common(area, pair, layer, outlines.segment, curves, origin.T, spans)
 
 

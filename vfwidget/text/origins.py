@@ -22,6 +22,9 @@ from ..arrays import Array, IntArray, like, namespace
 from ..outline.variation import selection
 from .layout import Layout
 
+RIGHT = np.array([1.0, 0.0])
+"""The direction in which advances move the pen."""
+
 
 class Halves(NamedTuple):
     """Parts of r steps that depend on the scalars of one letter each.
@@ -154,9 +157,8 @@ class Origins:
         advances : (..., l) array or tensor
             Advance widths of the letters.
         """
-        xp = namespace(advances)
         pen = (like(self.pushed, advances) @ advances[..., None])[..., 0]
-        origins = like(self.base, advances) + xp.stack([pen, xp.zeros_like(pen)], -1)
+        origins = like(self.base, advances) + pen[..., None] * like(RIGHT, advances)
         if not len(self._parts):
             return origins
         moved = (like(self._parts, gamma) @ gamma[..., self._letters, :, None])[..., 0]

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, IntArray, like, namespace, rotation_matrices
+from .origins import RIGHT
 from .place import AXES, OFFSETS, TRACKING
 
 Values = Mapping[str, Any]
@@ -68,7 +69,7 @@ class PointSet(ABC):
     @cached_property
     def _by_tracking(self) -> Array:
         """The derivative of the points by the tracking, (p, 2)."""
-        return self.word.origins.gaps[self.origin, None] * np.array([1.0, 0.0])
+        return self.word.origins.gaps[self.origin, None] * RIGHT
 
     def _displacement(self, place: Values) -> Any:
         """What the offsets and the tracking add, (p, 2)."""
