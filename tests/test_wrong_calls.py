@@ -68,6 +68,8 @@ def of_terms() -> Iterator[Call]:
         yield f"NoOverlap with gap {value!r}", lambda v=value: solving(vf.NoOverlap(gap=v))
     yield "NoOverlap by a guess", lambda: solving(vf.NoOverlap(method="guess"))
     yield "Looks like nothing", lambda: solving(vf.Looks(None))
+    for value in (3, "x", []):
+        yield f"Looks with view {value!r}", lambda v=value: solving(vf.Looks(PICTURE, view=v))
 
 
 def _with(term: Any, **changes: Any) -> Any:

@@ -218,6 +218,11 @@ BAD = {
         np.broadcast_to(np.uint8(7), (10_000, 10_000, 3)),
         "larger than the limit",
     ),
+    "a view of one number": (torch.zeros(1, 1).expand(10**6, 10**6), "larger than the limit"),
+    "a view with a billion channels": (
+        torch.zeros(1, 1, 1).expand(100, 100, 10**9),
+        r"not \(100, 100, 1000000000",
+    ),
     "100 megapixels of PIL": (lambda: Image.new("1", (10_000, 10_000)), "larger than the limit"),
     "a wide one": (np.broadcast_to(0.5, (1, vf.limits.image_pixels + 1)), "larger than the limit"),
 }

@@ -7,6 +7,7 @@ import pytest
 from pictures import match
 
 import vfwidget as vf
+from vfwidget.matching.match import Search
 from vfwidget.matching.scene import Scene
 from vfwidget.raster.coverage import fill
 
@@ -64,6 +65,15 @@ def test_a_text_brings_its_font_and_how_axes_are_shared():
     found = vf.match(1 - vf.rasterize(text, (48, 48)).numpy(), text, progress=False)
     assert not found.text.shared
     assert found.axes[0]["wght"] == pytest.approx(600, abs=1)
+
+
+def test_a_match_that_is_too_large_is_refused_at_once(monkeypatch):
+    text = vf.Text("dynapuff", "ab\nba", shared=False)
+    image = 1 - vf.rasterize(text, (40, 40)).numpy()
+    monkeypatch.setattr(Search, "_starts", lambda search: pytest.fail("A stage has begun."))
+    monkeypatch.setattr(vf.limits, "step_products", 40 * 40 * 8 * 8 - 1)
+    with pytest.raises(vf.SolveError, match=r"1,600 residuals and 8 .*limit is 102,399.*limits"):
+        vf.match(image, text, progress=False)
 
 
 def test_candidates_of_a_long_text_are_drawn_a_few_at_a_time(monkeypatch):

@@ -112,6 +112,8 @@ def _channels(image: Image.Image) -> str:
 
 
 def _from_tensor(image: Any) -> Any:
+    # A view of one number may have any shape, and becomes a copy.
+    _check_shape(tuple(image.shape))
     try:
         image = image.detach().cpu()
         # numpy has no bfloat16.
@@ -128,9 +130,7 @@ def _read_array(image: Any) -> Array:
         values = np.asarray(image)
     except (TypeError, ValueError) as error:
         raise ImageError(f"{SHAPES}, not ragged ({error}).") from error
-    if values.ndim not in (2, 3) or values.shape[2:] not in ((), (1,), (2,), (3,), (4,)):
-        raise ImageError(f"{SHAPES}, not {values.shape}.")
-    _check_size(*values.shape[:2])
+    _check_shape(values.shape)
     return _by_strips(lambda top, bottom: values[top:bottom], *values.shape[:2])
 
 
@@ -176,6 +176,12 @@ def _to_unit(values: Any) -> Array:
             f"uint8; these run from {values.min():.4g} to {values.max():.4g}."
         )
     return np.asarray(values)
+
+
+def _check_shape(shape: tuple[int, ...]) -> None:
+    if len(shape) not in (2, 3) or shape[2:] not in ((), (1,), (2,), (3,), (4,)):
+        raise ImageError(f"{SHAPES}, not {shape}.")
+    _check_size(*shape[:2])
 
 
 def _check_size(height: int, width: int) -> None:

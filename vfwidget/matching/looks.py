@@ -88,8 +88,13 @@ class Looks(Term):
     def bind(self, text: Text) -> Term:
         """Read the picture, and estimate from its ink where the text stands."""
         super().bind(text)
-        if self.view is not None:
+        if isinstance(self.view, View):
             return self
+        if self.view is not None:
+            raise ImageError(
+                "The view of a Looks is made from its image when a solve begins; leave it out. "
+                f"Received view={self.view!r:.100}."
+            )
         if self.loss not in LOSSES:
             raise ImageError(f"There is no loss {self.loss!r}: choose one of {', '.join(LOSSES)}.")
         fitted = check_fitted(self.fit, self.placement is not None)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Array, ArrayLike
 from ..font import Font
+from ..solver.problem import check_size
 from ..text import Text
 from ..text.place import OFFSETS, TRACKING
 from .fit import Options, Watch, deviations, fit
@@ -129,6 +130,9 @@ class Search:
 
     def outcome(self) -> Outcome:
         """What the fit comes to."""
+        if self.settings.options.optimizer == "gauss-newton":
+            # Before any stage takes time; most of the unknowns are axes.
+            check_size(self._view(self.settings.resolution)[1].size, self.text.coordinates.size)
         self.progress("sweep")
         starts = self._starts()
         path = starts[:1]
