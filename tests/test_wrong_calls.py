@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -167,6 +168,7 @@ def of_pictures() -> Iterator[Call]:
         yield f"match {value!r:.30}", lambda v=value: vf.match(v, "a", "recursive")
     for value in (torch.zeros((20, 20), device="meta"), torch.zeros((20, 20)).to_sparse()):
         yield f"match {value.layout} {value.device}", lambda v=value: vf.match(v, "a", "recursive")
+    yield "match a nested tensor", lambda: vf.match(_nested(), "a", "recursive")
     yield "match, swapped", lambda: vf.match("a", PICTURE, "recursive")  # type: ignore[arg-type]
     yield "match without letters", lambda: vf.match(PICTURE, "", "recursive")
     yield "match without fonts", lambda: vf.match(PICTURE, "a", [])
@@ -179,6 +181,13 @@ def of_pictures() -> Iterator[Call]:
     for far in (1e11, 1e15, 1e300):
         corners = torch.tensor(SQUARE) * far
         yield f"raster of {far}", lambda c=corners: vf.rasterize([_closed(c)], size=(8, 8))
+
+
+def _nested() -> torch.Tensor:
+    with warnings.catch_warnings():
+        # torch calls them a prototype.
+        warnings.simplefilter("ignore", UserWarning)
+        return torch.nested.nested_tensor([torch.ones(9), torch.ones(8)])
 
 
 def _closed(corners: torch.Tensor) -> torch.Tensor:
@@ -217,7 +226,12 @@ def of_motion() -> Iterator[Call]:
     yield "a Player of nothing", lambda: vf.Player(None)  # type: ignore[arg-type]
 
 
-KINDS = (of_terms, of_solve, of_texts, of_fonts, of_pictures, of_overlaps, of_motion)
+def of_limits() -> Iterator[Call]:
+    for value in ("x", None, NAN, 0, -1, True, 1j, [1]):
+        yield f"a limit of {value!r}", lambda v=value: setattr(vf.limits, "image_pixels", v)
+
+
+KINDS = (of_terms, of_solve, of_texts, of_fonts, of_pictures, of_overlaps, of_motion, of_limits)
 CALLS = [call for kind in KINDS for call in kind()]
 
 
@@ -232,5 +246,8 @@ def test_a_wrong_call_gets_a_clear_error(name: str, call: Callable[[], Any]) -> 
     assert 10 < len(str(caught.value)) <= 4003
 
 
-def test_a_number_too_small_to_square_draws_nothing() -> None:
-    assert float(vf.rasterize([CONTOUR + 5e-324], size=(8, 8)).sum()) == 0
+@pytest.mark.parametrize("size", [1e-300, 1e-310, 5e-324])
+def test_numbers_too_small_to_square_draw_nothing(size: float) -> None:
+    triangle = _closed(size * torch.tensor([(-1.0, -1), (1, -1), (0, 1)], dtype=torch.float64))
+    for contour in (CONTOUR + size, triangle):
+        assert float(vf.rasterize([contour], size=(8, 8)).sum()) == 0

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .errors import VFWidgetError
+
 
 @dataclass(slots=True)
 class Limits:
@@ -48,6 +50,12 @@ class Limits:
     """Pairs of curves near enough to cross, of outlines that are drawn in one image or joined. A
     text has about five for each letter. This many take about a second and 0.6 GB of memory, and a
     hostile SVG of 100 kB could state a thousand times more."""
+
+    def __setattr__(self, name: str, value: float) -> None:
+        # Nothing exceeds a limit of NaN.
+        if isinstance(value, bool) or not (isinstance(value, int | float) and value > 0):
+            raise VFWidgetError(f"limits.{name} must be a number > 0; received {value!r:.100}.")
+        object.__setattr__(self, name, value)
 
 
 limits = Limits()

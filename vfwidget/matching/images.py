@@ -112,8 +112,8 @@ def _channels(image: Image.Image) -> str:
 
 
 def _from_tensor(image: Any) -> Any:
-    # A view of one number may have any shape, and becomes a copy.
-    _check_shape(tuple(image.shape))
+    # A view of one number may have any shape, and becomes a copy. A nested tensor has none.
+    _check_shape(() if image.is_nested else tuple(image.shape))
     try:
         image = image.detach().cpu()
         # numpy has no bfloat16.

@@ -42,6 +42,9 @@ from ..outline.area import antiderivative, slopes, swept, weighted_powers
 from ..outline.arrangement import boundary
 from ..outline.monotone import BEFORE_NEXT, POWER, coefficients, monotone_arcs
 
+LEAST = 2.0**-1000
+"""A coordinate nearer to 0 counts as 0."""
+
 
 class Boundary(NamedTuple):
     """The boundary of the filled shapes of B images, as N weighted pieces of C cubics.
@@ -142,6 +145,8 @@ def fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[An
         Cubics of each contour.
     height, width : int
     """
+    # Numbers next to the smallest ones have too few digits to be divided, and no pixel shows them.
+    points = namespace(points).where(abs(points) < LEAST, 0.0, points)
     # Where nothing turns, or lines are parallel, a division by zero is told apart afterwards.
     with np.errstate(all="ignore"):
         return _fill(points, sizes, height, width)
