@@ -219,6 +219,27 @@ def test_letters_of_all_shapes_come_to_rest(font, string, frames) -> None:
     assert motion_at_the_end(fall) < 0.01
 
 
+@pytest.mark.slow
+def test_letters_that_rock_for_ten_seconds_lose_energy_and_come_to_rest() -> None:
+    # The round foot of V rocks on the floor, and only friction against rolling slows it down.
+    text = vf.Text("dynapuff", "Vf", shared=False, rotations=[0.7, -0.23])
+    em = text.font.units_per_em
+    rocking = fallen(
+        text.at(offsets=[(0, 1.1 * em), (0.3 * em, 1.1 * em)]),
+        800,
+        forces=(0, -6 * em),
+        obstacles=[np.array(FLOOR) * em / 500],
+        impulses=[(0, (210, 950, 7.6))],
+        restitution=0.7,
+        friction=0.3,
+        damping=12.0,
+        rotations=True,
+    )
+    assert rocking.penetration.max() < 0.5
+    assert np.diff(rocking.energy).max() <= 1e-4 * 6 * em * 1.1 * em
+    assert motion_at_the_end(rocking) < 0.01
+
+
 def test_friction_makes_a_round_letter_roll() -> None:
     text = vf.Text("recursive", "o")
     low = to_array(text.points())[:, 1].min()

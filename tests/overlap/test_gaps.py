@@ -48,8 +48,10 @@ def filled(shape: Shape):
 def test_the_least_gap_is_the_distance(font, pair) -> None:
     rng = np.random.default_rng(len(font) + ord(pair[0]))
     first, second = letters(vf.Text(font, pair, shared=False))
+    cos, sin = np.cos(ord(pair[1])), np.sin(ord(pair[1]))
+    second = Shape(second.segments @ np.array([[cos, sin], [-sin, cos]]), second.sizes)
     one, other = outer(first), outer(second)
-    # From where both lie over each other, the second one moves away until they are 12 apart.
+    # From where both lie over each other, the second one moves away until they are 0.5 apart.
     start = np.array(one.centroid.coords[0]) - np.array(other.centroid.coords[0])
     second = Shape(second.segments + start, second.sizes)
     other = translate(other, *start)
@@ -58,14 +60,14 @@ def test_the_least_gap_is_the_distance(font, pair) -> None:
     near, far = 0.0, 5000.0
     for _ in range(40):
         middle = (near + far) / 2
-        if one.distance(translate(other, *(middle * away))) > 12:
+        if one.distance(translate(other, *(middle * away))) > 0.5:
             far = middle
         else:
             near = middle
     segments = np.concatenate([first.segments, second.segments + far * away])
     gaps = Outlines([first, second], 2).gaps(segments, 20.0)
     distance = one.distance(translate(other, *(far * away)))
-    assert gaps.gap.min() == pytest.approx(distance, abs=0.15)
+    assert gaps.gap.min() == pytest.approx(distance, abs=0.02)
     # The ends of each gap are that far apart, along the normal.
     start, end = gaps.ends(segments)
     np.testing.assert_allclose(start - end, gaps.gap[:, None] * gaps.normal, atol=1e-6)
