@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vfwidget as vf
+from vfwidget.outline import crossings
 from vfwidget.overlap.common_area import common_area, pairs_nearby
 from vfwidget.overlap.shape import Shape, letters, polygon
 from vfwidget.overlap.shortened import shortened
@@ -253,3 +254,21 @@ def test_what_lies_beyond_a_side_of_the_other_box_is_one_chord(turn):
     spot = Shape(box(-5, -5, 10, 10).segments @ quarter, [4])
     assert area(Shape(disc.segments[:40], [40]), spot) == pytest.approx(100, abs=1e-6)
     assert area(disc, spot) == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("depth", [1e-9, 1e-6, 1e-3, 1.0])
+def test_outlines_that_touch_take_few_evaluations(depth, monkeypatch):
+    """A bar that touches a disc meets it in two places next to each other, or nowhere."""
+    r, k = 100.0, 400 / 3 * (np.sqrt(2) - 1)
+    quarter = np.array([(r, 0), (r, k), (k, r), (0, r)])
+    turns = [
+        np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])
+        for a in np.pi / 2 * np.arange(4)
+    ]
+    disc = Shape(np.stack([quarter @ turn for turn in turns]), [4])
+    counted, gaps = [], crossings._gaps
+    monkeypatch.setattr(crossings, "_gaps", lambda *a: counted.append(0) or gaps(*a))
+    bar = box(-300, r - depth, 600, 50)
+    expected = 4 / 3 * depth * np.sqrt(2 * r * depth)
+    assert area(disc, bar) == pytest.approx(expected, rel=0.03, abs=1e-6)
+    assert len(counted) <= 30

@@ -160,7 +160,7 @@ class Model(NamedTuple):
             away = self.weights @ (x - self.reference) ** 2
             return float(rows @ rows + beyond @ beyond + away)
 
-        x, before, broken = self.x, cost(self.x), np.ones(len(slopes), dtype=bool)
+        x, broken = self.x, np.ones(len(slopes), dtype=bool)
         for _ in range(STEPS):
             quadratic = LowRankQuadratic(
                 np.concatenate([self.jacobian, slopes[broken]]),
@@ -174,11 +174,12 @@ class Model(NamedTuple):
             if (broken == (slopes @ end + offsets > 0)).all():
                 x = end
                 break
+            before, known = cost(x), broken
             while (after := cost(end)) > before and abs(end - x).max() > STILL:
                 end = (x + end) / 2
-            known, gains = broken, after < before
+            gains = after < before
             if gains:
-                x, before = end, after
+                x = end
             broken = slopes @ x + offsets > 0
             if not gains and (broken == known).all():
                 break

@@ -1,0 +1,47 @@
+"""The minimum of linear residuals and distances under inequalities; scipy is the referee."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from vfwidget.overlap.inequalities import WALL, Model, Walls
+
+
+def model(seed: int) -> Model:
+    """A model with up to 12 unknowns, 2 residuals and 4 inequalities, two of which are alike."""
+    rng = np.random.default_rng(seed)
+    n, rows, count = rng.integers(1, 13), rng.integers(0, 3), rng.integers(1, 5)
+    jacobian, slopes = 30 * rng.normal(size=(rows, n)), 30 * rng.normal(size=(count, n))
+    slopes[-1] = slopes[0] * 1.001
+    least, most = np.full(n, -1.0), np.full(n, 1.0)
+    # Some unknowns start at a bound, and some are in a cell between kinks.
+    x = rng.choice([-1.0, 0.0, 0.5, 1.0], n)
+    lower, upper = np.where(x > 0, 0.0, least), np.where(x < 0, 0.0, most)
+    depths = rng.uniform(0, 5, count)
+    walls = Walls(
+        np.arange(count), slopes, depths - slopes @ x, depths, np.ones(count), np.full(count, 0.5)
+    )
+    constant = 100 * rng.normal(size=rows)
+    return Model(
+        x, lower, upper, least, most, constant, jacobian, np.ones(n), x, walls=walls, own=walls
+    )
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_minimum_is_that_of_scipy(seed):
+    case = model(seed)
+
+    def cost(x):
+        beyond, away = case.walls.beyond(x), x - case.reference
+        rows = case.constant + case.jacobian @ x
+        value = rows @ rows + WALL * beyond @ beyond + case.weights @ away**2
+        slope = rows @ case.jacobian + WALL * beyond @ case.walls.slopes + case.weights * away
+        return value, 2 * slope
+
+    found = case.minimum()
+    assert (found >= case.lower).all() and (found <= case.upper).all()
+    bounds = list(zip(case.lower, case.upper, strict=True))
+    options = {"maxiter": 5000, "maxfun": 50000, "ftol": 0, "gtol": 1e-6}
+    starts = (case.x, found)
+    referee = [minimize(cost, x, jac=True, bounds=bounds, options=options) for x in starts]
+    assert cost(found)[0] <= min(result.fun for result in referee) * (1 + 1e-6) + 1e-9
