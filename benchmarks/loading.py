@@ -40,9 +40,8 @@ def sources() -> Iterator[tuple[str, str, bytes]]:
         yield "Noto Sans CJK", "CFF2", file.read_bytes()
     # The builders of small fonts import one another as the tests do.
     sys.path.append(str(Path(__file__).parents[1] / "tests"))
-    formats = import_module("formats")
-    yield "made up", "CFF2", formats.random_cff2()
-    yield "made up", "VARC", formats.varc()
+    yield "made up", "CFF2", import_module("formats").random_cff2()
+    yield "made up", "VARC", import_module("varc_fonts").varc()
 
 
 def seconds(data: bytes) -> tuple[float, float]:

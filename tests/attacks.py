@@ -29,13 +29,13 @@ from unittest import mock
 import numpy as np
 import torch
 from fontTools.ttLib import TTFont
-from front_end import FrontEnd
 from PIL import Image
 
 import vfwidget as vf
 from tests import fonts
 from tests.attacks_on_motion import dense_artwork, hostile_names, junk_for_motion
 from tests.font.test_unpack import BOMB_BYTES, woff2_bomb, woff_bomb
+from tests.front_end import FrontEnd
 from tests.outcome import Outcome
 from vfwidget.matching.images import FORMATS, read_image
 

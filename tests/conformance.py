@@ -15,9 +15,12 @@ from importlib.util import find_spec
 from itertools import islice, product
 from pathlib import Path
 
+import colour_fonts
 import formats
 import numpy as np
 import registry_fonts
+import varc_fonts
+import variation_tables
 from referee import F2DOT14, HarfBuzz, outline_error
 from rendering_cases import CASES, TOLERANCE, differences
 
@@ -69,18 +72,18 @@ HEADER = (
 
 
 MADE_UP = {
-    "random_cff2": "CFF2: every operator, blend",
-    "cff2_with_subroutines": "CFF2: subroutines",
-    "cff2_with_two_sets_of_regions": "CFF2: vsindex",
-    "cff2_closing_only_at_the_default": "CFF2: implied closing lines",
-    "cubic_glyf": "cubic curves in GLYF",
-    "beyond_64k": "GLYF, GVAR, HMTX",
-    "avar_2": "avar 2",
-    "varc": "VARC",
-    "coloured": "COLR 1",
-    "flat_colours": "COLR 0",
+    formats.random_cff2: "CFF2: every operator, blend",
+    formats.cff2_with_subroutines: "CFF2: subroutines",
+    formats.cff2_with_two_sets_of_regions: "CFF2: vsindex",
+    formats.cff2_closing_only_at_the_default: "CFF2: implied closing lines",
+    formats.cubic_glyf: "cubic curves in GLYF",
+    formats.beyond_64k: "GLYF, GVAR, HMTX",
+    variation_tables.avar_2: "avar 2",
+    varc_fonts.varc: "VARC",
+    colour_fonts.coloured: "COLR 1",
+    colour_fonts.flat_colours: "COLR 0",
 }
-"""Functions of ``formats`` that build a font, and the feature that each stands for."""
+"""Functions that build a font, and the feature that each stands for."""
 CJK = "manimgx_fonts_cjk"
 """A package that holds Noto Sans CJK; its font is compared where the package is installed."""
 
@@ -96,8 +99,8 @@ def sources() -> Iterator[tuple[str, str, Callable[[], bytes]]]:
             "glyf",
             registry_fonts.path(file).read_bytes,
         )
-    for name, covers in MADE_UP.items():
-        yield name, covers, getattr(formats, name)
+    for build, covers in MADE_UP.items():
+        yield build.__name__, covers, build
     package = find_spec(CJK)
     if package and package.origin:
         collection = Path(package.origin).parent / "NotoSansCJK-VF.otf.ttc"

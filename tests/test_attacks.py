@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import logging
+import re
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -16,6 +20,15 @@ def test_a_few_inputs_of_each_attack(attack, caplog):
     result = attack(max(2, _count(attack) // 400))
     assert result.failures == []
     assert result.tried == result.refused + result.read > 0
+
+
+@pytest.mark.slow
+def test_the_command_prints_a_row_of_the_table():
+    """As docs/security.md has it, and not in the process of the tests, which find more modules."""
+    command = [sys.executable, "-m", "tests.attacks", "--only", "odd_arrays", "--share", "0.01"]
+    root = Path(__file__).parents[1]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)
+    assert re.search(r"^\| arrays and tensors \| 20 \| \d+ \| \d+ \| 0 \|", done.stdout, re.M)
 
 
 @pytest.mark.slow

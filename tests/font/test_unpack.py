@@ -13,10 +13,10 @@ from io import BytesIO
 
 import brotli
 import pytest
-from fonts import bundled_file
 from fontTools.ttLib import TTFont
 
 import vfwidget as vf
+from tests.fonts import bundled_file
 from vfwidget.font.unpack import check_unpacked_size
 
 BOMB_BYTES = 270 * 2**20
