@@ -146,7 +146,7 @@ class Recipe:
 def run(quick: bool) -> Iterator[Row]:
     """Frames of falling letters, in turns with the recipe; then steps against letters."""
     rounds = 1 if quick else 3
-    for fall in (Fall.of_o(20 if quick else 60), Fall.of_stack(3, 12 if quick else 40)):
+    for fall in (Fall.of_o(60), Fall.of_stack(3, 12 if quick else 40)):
         recipes = [Recipe(fall, forward) for forward in (False, True)]
         # The first use of a derivative in forward mode takes seconds, so one round is not counted.
         seconds, depths = np.zeros((4, 1 + rounds)), np.zeros((2, 1 + rounds))
