@@ -65,7 +65,7 @@ def test_the_switch(lab: Callable[..., Any]) -> None:
     assert json.loads(notebook.run_last_cell())["overlaps"] == 1
     switch = screen.root.get_by_label("Avoid overlaps")
     switch.check()
-    for _ in range(10):
+    for _ in range(40):
         screen.page.wait_for_timeout(500)
         end = json.loads(notebook.run_last_cell())
         if end["overlaps"] == 0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.optimize
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vfwidget.solver.model import Model
@@ -118,6 +118,7 @@ def test_many_bounds_take_few_systems(monkeypatch) -> None:
 
 
 @given(seeds, st.integers(1, 4))
+@example(168344102, 2)
 @settings(max_examples=60, deadline=None)
 def test_few_equations_are_solved_as_by_lapack(seed: int, n: int) -> None:
     rng = np.random.default_rng(seed)
@@ -127,9 +128,9 @@ def test_few_equations_are_solved_as_by_lapack(seed: int, n: int) -> None:
     d = rng.normal(size=n)
     found = DenseQuadratic(matrix, -matrix @ d).minimiser()
     expected = np.linalg.solve(matrix, matrix @ d)
-    # Both are as near to d as the condition of the matrix allows.
-    tolerance = 1e-5 * np.abs(d).max() + 10 * np.abs(expected - d).max()
-    assert np.abs(found - d).max() <= tolerance
+    # Both are as near to d as the condition of the matrix allows, each unknown in its own unit.
+    for near in (found, expected):
+        assert np.abs(scale * (near - d)).max() <= 1e-6 * np.abs(scale * d).max()
 
 
 def test_a_pivot_lost_in_rounding_errors_is_left_to_lapack() -> None:
