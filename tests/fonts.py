@@ -125,6 +125,7 @@ def open_font(data: bytes) -> TTFont:
 
 
 def bundled_file(name: str = "dynapuff") -> bytes:
+    """The bytes of a font that comes with the package."""
     return (Path(vf.__file__).parent / "fonts" / f"{name}.woff2").read_bytes()
 
 

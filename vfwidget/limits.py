@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 
 from .errors import VFWidgetError
 
@@ -13,7 +14,7 @@ class Limits:
 
     A larger input raises an exception of the package before it is read or unpacked. To raise a
     limit, assign a new value in the process that reads the input, for example
-    ``vf.limits.image_pixels = 2**28``.
+    ``vf.limits.image_pixels = 2**28``. A value that is no number above 0 raises VFWidgetError.
     """
 
     font_file_bytes: int = 64 * 2**20
@@ -52,8 +53,8 @@ class Limits:
     hostile SVG of 100 kB could state a thousand times more."""
 
     def __setattr__(self, name: str, value: float) -> None:
-        # Nothing exceeds a limit of NaN.
-        if isinstance(value, bool) or not (isinstance(value, int | float) and value > 0):
+        # A limit of NaN would refuse nothing, because no number is greater than NaN.
+        if isinstance(value, bool) or not (isinstance(value, Real) and value > 0):
             raise VFWidgetError(f"limits.{name} must be a number > 0; received {value!r:.100}.")
         object.__setattr__(self, name, value)
 

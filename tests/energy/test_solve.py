@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import fonts
 import numpy as np
@@ -326,7 +327,26 @@ def test_no_boundary_is_crossed_when_the_time_is_over() -> None:
     terms = [vf.Target(handle, (x + 240, y)), vf.StayClose()]
     found = vf.solve(text, terms, restart_seconds=0)
     assert found.text.glyphs[0].name == "a" and not found.boundaries
-    assert found.status == "unreachable"
+    assert found.status == "time_limit"
+
+
+def test_a_solve_without_time_for_a_boundary_does_not_claim_to_have_converged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = vf.Text("recursive", "k" * 20, axes={"slnt": -14.5, "CRSV": 0.5}, shared=False)
+    made = []
+
+    def noted(energy: Energy, *given: Any) -> Energy:
+        made.append(energy)
+        return at(energy, *given)
+
+    at = Energy.at
+    monkeypatch.setattr(Energy, "at", noted)
+    found = vf.solve(text, vf.AxisTarget({"slnt": -5}), restart_seconds=0)
+    assert found.status == "time_limit" and not found.converged
+    assert "every goal is met" not in found.message
+    assert len(made) == 1, "After the end of the time no other boundary is looked at."
+    assert vf.solve(text, vf.AxisTarget({"slnt": -5})).status == "converged"
 
 
 def test_one_letter_of_several_crosses_a_boundary() -> None:

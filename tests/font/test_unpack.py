@@ -16,6 +16,8 @@ import pytest
 from fontTools.ttLib import TTFont
 
 import vfwidget as vf
+
+# tests/attacks.py, which is run as a module, imports this file.
 from tests.fonts import bundled_file
 from vfwidget.font.unpack import check_unpacked_size
 

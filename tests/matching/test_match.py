@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import importlib
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +17,8 @@ from vfwidget.matching.placement import read_placement
 from vfwidget.matching.scene import Scene, State
 from vfwidget.raster import frame
 
+FIT = importlib.import_module("vfwidget.matching.fit")
+"""The module; the package exports its function under the same name."""
 FEW = [("dynapuff", "S"), ("recursive", "a"), ("afacad-flux", "g")]
 MORE = [("shantell-sans", "hand"), ("recursive", "Rag"), ("roboto-flex", "R"), ("dynapuff", "&")]
 
@@ -160,10 +162,10 @@ def test_a_fit_goes_on_beyond_a_boundary():
     assert len(found.path) == 1 + found.iterations + 1
 
 
-def view_of_letters_beyond_boundaries(string: str) -> View:
+def view_of_letters_beyond_boundaries(string: str, **more: float) -> View:
     """The picture of some upright k, and those in italics next to the boundary to start from."""
     text = vf.Text("recursive", string, axes={"slnt": -14.9, "CRSV": 0.5}, shared=False)
-    truth = text.at({"slnt": -13.9, "CRSV": 0.5})
+    truth = text.at({"slnt": -13.9, "CRSV": 0.5, **more})
     size = (32, 32 * len(string))
     start = State(
         theta=text.coordinates,
@@ -189,13 +191,32 @@ def test_letters_with_their_own_axes_cross_boundaries_in_a_limited_number_of_ste
         return found
 
     view = view_of_letters_beyond_boundaries("kkk")
-    monkeypatch.setattr(sys.modules[fit.__module__], "descend", counted)
-    monkeypatch.setattr(sys.modules[fit.__module__], "MOST_BEYOND", multiple)
+    monkeypatch.setattr(FIT, "descend", counted)
+    monkeypatch.setattr(FIT, "MOST_BEYOND", multiple)
     found = fit(view, Options(()), 3, crosses=True)
     assert sum(steps[1:]) <= multiple * 3
     names = [glyph.name for glyph in view.scene.text.moved(found.state.theta).glyphs]
     assert names.count("k") == {0: 0, 1: 2, 5: 3}[multiple]
     assert found.converged is (multiple == 5)
+
+
+def test_a_promising_trial_beyond_a_boundary_goes_on_where_it_ended(monkeypatch):
+    limits = []
+
+    def noted(*given):
+        limits.append(given[3])
+        return descend(*given)
+
+    view = view_of_letters_beyond_boundaries("k", slnt=-9.0, wght=900.0, CASL=1.0)
+    monkeypatch.setattr(FIT, "descend", noted)
+    found = fit(view, Options(()), 40, crosses=True)
+    assert limits == [40, FIT.TRIAL_STEPS, 40 - FIT.TRIAL_STEPS]
+    assert found.converged
+    assert view.scene.text.moved(found.state.theta).glyphs[0].name == "k"
+    # The start, every step, and the start beyond the boundary, each of them once.
+    assert len(found.path) == found.iterations + 2
+    thetas = [state.theta for state in found.path]
+    assert all((a != b).any() for a, b in pairwise(thetas))
 
 
 def test_a_scene_has_the_glyphs_of_each_location():

@@ -170,7 +170,7 @@ class AffineRows:
         factors.put(self._scalars_at, gamma)
         factors.put(self._slopes_at, slopes.take(self._used))
         if len(gain) == parameters == 1:
-            # The drag of a shared word: a stack of one product takes half as long again.
+            # A shared word has one product. As a stack of one matrix it would take longer.
             product = gain[0].dot(factors[0])
             rows, jacobian = rows + product[:, n], product[:, :n]
         else:

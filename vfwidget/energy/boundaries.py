@@ -80,7 +80,7 @@ def cross(
     energy : Energy
     found : Descent
     descend : Descend
-        After it has returned None, no further boundary is crossed.
+        Once it returns None, no further side is tried.
 
     Returns
     -------
@@ -100,9 +100,9 @@ def cross(
         # Letters with axes of their own hardly affect one another, so each is decided by itself.
         for _, own in groupby(sides, key=lambda side: side[0][0]):
             new = [side for side in own if side[0] not in refused]
-            tried = list(_tried(energy, found, new, descend))
+            tried, ended = _tried(energy, found, new, descend)
             better = [side for side in tried if side.found.state.cost < found.state.cost]
-            if better:
+            if better or ended:
                 break
             refused |= {side.entry: side.boundary for side in tried}
         if not better:
@@ -133,9 +133,17 @@ def _tried(
     found: Descent,
     sides: Sequence[tuple[Entry, Text]],
     descend: Descend,
-) -> Iterator[_Side]:
-    """Descend from the end of a descent beyond each of these sides."""
+) -> tuple[list[_Side], bool]:
+    """Descend from the end of a descent beyond each of these sides.
+
+    Returns
+    -------
+    tried : list of _Side
+    ended : bool
+        Whether time or steps were used up.
+    """
     here = energy.unknowns.place(found.state.x)
+    tried: list[_Side] = []
     for entry, other in sides:
         try:
             there = energy.at(other, energy.terms)
@@ -144,8 +152,9 @@ def _tried(
             continue
         end = descend(there, there.unknowns.flat({**here, **other.place}))
         if end is None:
-            return
-        yield _Side(entry, there, end, _boundary(energy.text, other, entry))
+            return tried, True
+        tried.append(_Side(entry, there, end, _boundary(energy.text, other, entry)))
+    return tried, False
 
 
 def _beyond(energy: Energy, found: Descent) -> Iterator[tuple[Entry, Text]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class Descent:
     results: list[TermResult]
     earlier: int = 0
 
-    @property
+    @cached_property
     def at_bounds(self) -> BoolArray | None:
         """Which unknowns (N,) are at a bound, or None if none of them is."""
         x = self.state.x

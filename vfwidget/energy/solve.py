@@ -14,7 +14,7 @@ from ..arrays import Array
 from ..errors import SolveError
 from ..solver.least_squares import Iterate
 from ..solver.problem import Tolerances, is_count, is_number, read_limit
-from ..solver.status import CONVERGED
+from ..solver.status import CONVERGED, OUT_OF_TIME
 from ..text import Text
 from ..text.place import AXES, Place, Unknowns
 from .boundaries import Boundary, at_ends, cross
@@ -77,8 +77,9 @@ def solve(
         ``solution.elsewhere``.
     restart_seconds : float, optional
         Restarts, and descents beyond locations at which glyphs change, end this many seconds
-        after the call, and the best result so far is kept. Default: no limit, so that a solve
-        can be repeated exactly.
+        after the call, and the best result so far is kept. If a goal is missed, or if there is
+        none, and such a location was left untried, the status is ``"time_limit"``. Default: no
+        limit, so that a solve can be repeated exactly.
 
     Returns
     -------
@@ -121,8 +122,13 @@ def solve(
     def run_until(energy: Energy, x: Array) -> Descent:
         return descend(energy, x, tolerances, max_iterations, deadline=until)
 
+    untried = False
+
     def run_beyond(energy: Energy, x: Array) -> Descent | None:
-        return None if time.perf_counter() > until else run_until(energy, x)
+        nonlocal untried
+        found = None if time.perf_counter() > until else run_until(energy, x)
+        untried = found is None or found.state.outcome is OUT_OF_TIME
+        return found
 
     best = along_planes(energy, run(energy, energy.unknowns.start), run)
     energy, best, boundaries = cross(energy, best, run_beyond)
@@ -147,7 +153,7 @@ def solve(
                 best, elsewhere = other, None
             elif elsewhere is None or other.state.cost < elsewhere.state.cost:
                 elsewhere = other
-    return solution_of(energy, best, elsewhere, start=text, boundaries=boundaries)
+    return solution_of(energy, best, elsewhere, start=text, boundaries=boundaries, untried=untried)
 
 
 def _end_of(seconds: float | None) -> float:
@@ -209,8 +215,12 @@ def solution_of(
     *,
     start: Text | None = None,
     boundaries: Sequence[Boundary] = (),
+    untried: bool = False,
 ) -> Solution:
-    """A descent as a solution in terms of the text; ``start`` is by default that of the energy."""
+    """A descent as a solution in terms of the text; ``start`` is by default that of the energy.
+
+    ``untried`` says that there was no time to go beyond every boundary.
+    """
     text, state, unknowns = energy.text, best.state, energy.unknowns
     place = unknowns.place(state.x)
     active = partial(_held_ends, energy, best)
@@ -220,6 +230,8 @@ def solution_of(
         missed = best.missed
         status = UNREACHABLE if missed else CONVERGED
         message = _explain(text, active(), missed, boundaries) if missed else "every goal is met"
+        if untried and (missed or all(result.miss is None for result in best.results)):
+            status, message = OUT_OF_TIME
     return Solution(
         text=text.moved_to(place),
         start=start or text,

@@ -17,9 +17,9 @@ from ..text.points import PointSet
 class Displacements(NamedTuple):
     """The derivative of K control points, in pixels, by some of the unknowns of a picture.
 
-    The unknowns of the text come first. Where each letter has axes of its own, they move the points
-    of this letter, and all points of the letters after it by equal amounts, so the derivative is
-    kept in two parts: one by the axes of each letter and one of the starts of the letters.
+    The unknowns of the text come first. Where each letter has axes of its own, they change the
+    outline of this letter and displace the starts of letters. A displaced start moves all points of
+    its letter equally. The derivative is therefore kept in two parts.
 
     Attributes
     ----------

@@ -14,7 +14,7 @@ from ..energy.energy import Energy
 from ..errors import ImageError
 from ..solver.loss import LOSSES, signed_root
 from ..solver.problem import Tolerances
-from ..solver.status import CONVERGED
+from ..solver.status import CONVERGED, ITERATION_LIMIT
 from .looks import Looks, View
 from .scene import State
 
@@ -26,9 +26,10 @@ FAINT = 3e-5
 LEAST_NOISE = 0.5 / 255
 """A pixel's standard deviation: levels are written in steps of 1 / 255."""
 TRIAL_STEPS = 3
-"""A fit with other glyphs goes on only if so many first steps gain what it still costs more."""
+"""First steps of a fit with other glyphs. It goes on only if they have lowered its cost by more
+than the amount by which the cost still exceeds the best one."""
 MOST_BEYOND = 5
-"""Steps of all fits with other glyphs in one fit, as a multiple of its own."""
+"""All fits with other glyphs together take at most this many times ``max_iterations`` steps."""
 NUDGE = 1e-6
 NULL, TAKES_PART = 1e-10, 1e-3
 """An eigenvalue, relative to the largest, that is zero; and a share in its vector that counts."""
@@ -135,7 +136,7 @@ def _gauss_newton(
     if crosses:
         beyond = _Beyond(descent, found, max_iterations)
         energy, found, _ = cross(energy, found, beyond)
-        tried_all = beyond.left > 0
+        tried_all = not beyond.used_up
     state = found.state
     return Fit(
         view,
@@ -148,44 +149,56 @@ def _gauss_newton(
 
 
 class _Beyond:
-    """Descends beyond boundaries, in few steps where little is gained, and in so many in all.
+    """Runs the descents beyond boundaries: a short trial first, and the rest if it is promising.
 
     Parameters
     ----------
     descent : callable of (energy, start, most)
-        Descends in at most so many steps.
+        Runs a descent of at most ``most`` steps.
     found : Descent
         The one that met the boundaries.
     max_iterations : int
-        Of one descent.
+        Largest number of steps of one descent.
 
     Attributes
     ----------
-    left : int
-        Steps that may still be taken; 0 after they did not suffice.
+    used_up : bool
+        Whether the steps of all descents together did not suffice.
     """
 
     def __init__(
         self, descent: Callable[[Energy, Array, int], Descent], found: Descent, max_iterations: int
     ) -> None:
-        self.descent, self.least, self.most = descent, found.state.cost, max_iterations
-        self.left = MOST_BEYOND * max_iterations
+        self._descent, self._least, self._most = descent, found.state.cost, max_iterations
+        self._left, self.used_up = MOST_BEYOND * max_iterations, False
 
     def __call__(self, energy: Energy, start: Array) -> Descent | None:
         """See :data:`~.energy.boundaries.Descend`."""
-        if self.left == 0:
+        if self._left == 0:
+            self.used_up = True
             return None
-        found = self._take(energy, start, TRIAL_STEPS)
+        found = self._take(energy, start, min(TRIAL_STEPS, self._most))
         gained = found.history[0][1] - found.state.cost
-        if found.state.iterations == TRIAL_STEPS and found.state.cost - self.least < gained:
-            found = self._take(energy, found.state.x, self.most - TRIAL_STEPS).after(found)
-        self.least = min(self.least, found.state.cost)
+        promising = found.state.cost - self._least < gained
+        if promising and self._most > TRIAL_STEPS and self._is_cut(found) and not self.used_up:
+            rest = self._take(energy, found.state.x, self._most - TRIAL_STEPS)
+            # It starts where the trial has ended.
+            found = replace(rest, history=rest.history[1:]).after(found)
+        self._least = min(self._least, found.state.cost)
         return found
 
     def _take(self, energy: Energy, start: Array, most: int) -> Descent:
-        found = self.descent(energy, start, max(0, min(most, self.most, self.left)))
-        self.left -= found.state.iterations
+        allowed = min(most, self._left)
+        found = self._descent(energy, start, allowed)
+        self._left -= found.state.iterations
+        self.used_up |= allowed < most and self._is_cut(found)
         return found
+
+    @staticmethod
+    def _is_cut(found: Descent) -> bool:
+        """Whether a descent ended because it was allowed no more steps."""
+        outcome = found.state.outcome
+        return outcome is not None and outcome.status == ITERATION_LIMIT
 
 
 def _state(energy: Energy, view: View, x: Array) -> State:

@@ -112,8 +112,12 @@ def _channels(image: Image.Image) -> str:
 
 
 def _from_tensor(image: Any) -> Any:
-    # A view of one number may have any shape, and becomes a copy. A nested tensor has none.
-    _check_shape(() if image.is_nested else tuple(image.shape))
+    if image.is_nested:
+        raise ImageError(
+            "A nested tensor cannot be read as an image. Convert it to a dense tensor (H, W)."
+        )
+    # An expanded tensor can have any shape without using memory, but its copy needs the memory.
+    _check_shape(tuple(image.shape))
     try:
         image = image.detach().cpu()
         # numpy has no bfloat16.

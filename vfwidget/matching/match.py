@@ -131,7 +131,7 @@ class Search:
     def outcome(self) -> Outcome:
         """What the fit comes to."""
         if self.settings.options.optimizer == "gauss-newton":
-            # Before any stage takes time; most of the unknowns are axes.
+            # Checked before any stage, because the stages take time. Most unknowns are axes.
             check_size(self._view(self.settings.resolution)[1].size, self.text.coordinates.size)
         self.progress("sweep")
         starts = self._starts()
@@ -228,7 +228,7 @@ class Search:
                 break
         path = paths[0]
         if self._view(HOP_SIDE)[1].size < path[-1].theta.size:
-            # Fits to fewer pixels than axes do not tell which of them is better.
+            # A picture with fewer pixels than axes cannot decide which of two fits is better.
             return path
         path = [*path, *self._other_glyphs(path[-1])]
         movable = felt(self.text.moved(path[-1].theta)).any(0)

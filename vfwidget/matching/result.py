@@ -84,9 +84,9 @@ class Match:
     def converged(self) -> bool:
         """Whether the fit ended by itself.
 
-        It is False if the fit ended at ``max_iterations``, as Adam always does, or if letters that
-        have axes of their own stand at so many boundaries at which glyphs change that the other
-        side of some was not tried.
+        It is False if the fit ended at ``max_iterations``, as Adam always does, if no step achieved
+        the gain that the derivative promises, or if letters that have axes of their own stand at
+        so many boundaries at which glyphs change that the other side of some was not tried.
         """
         return self.outcome.converged
 
@@ -194,7 +194,7 @@ class Match:
                 "those of the most similar instance."
             )
         if not self.converged:
-            lines.append("The fit reached its limit of steps before it converged.")
+            lines.append("The fit ended before it converged; a larger max_iterations may help.")
         axes = [self.axes] if self.text.shared else self.axes
         spread = [self.uncertainty] if self.text.shared else self.uncertainty
         for letter, (values, about) in enumerate(zip(axes, spread, strict=True)):

@@ -42,7 +42,7 @@ from ..outline.area import antiderivative, slopes, swept, weighted_powers
 from ..outline.arrangement import boundary
 from ..outline.monotone import BEFORE_NEXT, POWER, coefficients, monotone_arcs
 
-LEAST = 2.0**-1000
+LEAST_COORDINATE = 2.0**-1000
 """A coordinate nearer to 0 counts as 0."""
 
 
@@ -73,7 +73,7 @@ class Boundary(NamedTuple):
         return swept(self.curves, self.cubic, self.powers * here)
 
     def apart(self, group: Any, groups: int) -> Boundary:
-        """The boundary of one image, each group of its cubics in an image of its own.
+        """Split the boundary of one image (B = 1) into one image for each group of cubics.
 
         Parameters
         ----------
@@ -145,8 +145,8 @@ def fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[An
         Cubics of each contour.
     height, width : int
     """
-    # Numbers next to the smallest ones have too few digits to be divided, and no pixel shows them.
-    points = namespace(points).where(abs(points) < LEAST, 0.0, points)
+    # Coordinates this small have too few digits for a division, and they change no pixel.
+    points = namespace(points).where(abs(points) < LEAST_COORDINATE, 0.0, points)
     # Where nothing turns, or lines are parallel, a division by zero is told apart afterwards.
     with np.errstate(all="ignore"):
         return _fill(points, sizes, height, width)

@@ -158,8 +158,8 @@ class LowRankQuadratic(NamedTuple):
 def _solve(matrix: Array, vector: Array) -> Array:
     """The solution (n,) of a system with a symmetric positive definite matrix.
 
-    Two equations, those of a font of two axes, are eliminated here, because NumPy's function takes
-    several times as long to begin.
+    A system of two equations is solved here, because NumPy's function takes several times as long
+    to start.
     """
     if len(vector) == 2:
         (a, b), (_, d) = matrix.tolist()
