@@ -53,7 +53,7 @@ def test_a_fit_that_ends_too_early_says_so(image, found):
     assert "limit of steps" not in found.report()
     early = match(image, "S", "dynapuff", max_iterations=0)
     assert not early.converged
-    assert "The fit reached its limit of steps before it converged." in early.report()
+    assert "The fit ended before it converged." in early.report()
 
 
 def test_what_one_letter_of_several_ignores_is_undetermined():
