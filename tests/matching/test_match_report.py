@@ -50,10 +50,10 @@ def test_what_the_letter_ignores_is_undetermined(ignorant):
 
 def test_a_fit_that_ends_too_early_says_so(image, found):
     assert found.converged
-    assert "limit of steps" not in found.report()
+    assert "before it converged" not in found.report()
     early = match(image, "S", "dynapuff", max_iterations=0)
     assert not early.converged
-    assert "The fit ended before it converged." in early.report()
+    assert "The fit ended before it converged; a larger max_iterations" in early.report()
 
 
 def test_what_one_letter_of_several_ignores_is_undetermined():
