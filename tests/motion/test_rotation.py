@@ -16,6 +16,7 @@ from vfwidget.motion.scene import Scene
 from vfwidget.motion.terms import Contact, Inertia, Rolling, Sliding, Touches
 from vfwidget.motion.warm import least
 from vfwidget.outline.cubics import bernstein
+from vfwidget.text.place import ROTATIONS, Place
 
 STIFF = 1e9
 
@@ -37,6 +38,15 @@ def outline(text):
     segments = to_array(text.points())[text.word.contours.segments]
     blend = np.array([bernstein(t) for t in np.linspace(0, 1, 60)])
     return (blend @ segments).reshape(-1, 2)
+
+
+def test_letters_that_start_rotated_are_computed_anew_for_other_angles() -> None:
+    text = vf.Text("recursive", "I", rotations=[0.3])
+    body = Body(text, np.ones(1), positions=True)
+    for angle in (0.3, 1.3):
+        place = Place({**text.place, ROTATIONS: np.array([angle])})
+        other = text.at(rotations=[angle])
+        np.testing.assert_allclose(body.positions(place), to_array(other.points()), atol=1e-9)
 
 
 def motion_at_the_end(animation):

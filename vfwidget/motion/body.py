@@ -214,8 +214,8 @@ class Body:
         return Place({**text.place, **angles})
 
     def _key(self, place: Mapping[str, Array]) -> bytes:
-        """What the points of a place depend on."""
-        turned = self.rotates and ROTATIONS in place
+        """The blocks of a place that determine the control points, as bytes."""
+        turned = self._turned and ROTATIONS in place
         blocks = (AXES, OFFSETS, ROTATIONS) if turned else (AXES, OFFSETS)
         return b"".join([place[name].tobytes() for name in blocks])
 
