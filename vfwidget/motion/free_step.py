@@ -20,6 +20,7 @@ from .body import Body
 from .flight import Flight
 from .laws import Laws, State
 from .scene import Scene
+from .start import deepest
 from .terms import Contact, Inertia, Springs
 from .warm import TOLERANCES, approach, pressed
 
@@ -55,6 +56,9 @@ class FreeStep:
         Reduced coordinates after the step, without contact.
     now, ends : (S, 4, 2) arrays
         All segments before the step, and after it without contact.
+    depth : float
+        How deep shapes may be inside each other before the step: that of the state, or that of
+        obstacles that have appeared.
     reach : float
         Font units within which shapes may meet.
     """
@@ -77,26 +81,26 @@ class FreeStep:
         self.touching = state.touching
         self.flight = Flight(self.body, state.place, state.velocity)
         self.reduced = self.flight.reduced
-        self.outlines, self.obstacles = self.scene.at(time)
-        self.now = self.segments(state.place, self.obstacles)
         self.set_duration(h, not self.touching.any())
 
     def set_duration(self, h: float, settled: bool = True) -> None:
         """Let the step last h seconds: the place to which it leads without contact."""
         self.h, self.settled = h, settled
         terms = self.motion()
-        outlines, self.later = self.scene.at(self.time + h)
-        if outlines is not self.outlines:
-            # Obstacles that have no counterpart before the step are there from its start.
-            self.outlines, self.obstacles = outlines, self.later
-            self.now = self.segments(self.state.place, self.later)
+        self.outlines, self.later = self.scene.at(self.time + h)
+        self.obstacles, appeared = self.scene.before(self.time, self.time + h)
+        self.now = self.segments(self.state.place, self.obstacles)
+        self.depth = self.state.depth
+        if appeared:
+            shapes = self.scene.shapes(self.time + h)
+            self.depth = max(self.depth, deepest(self.text, shapes))
         if settled:
             self.free = self.solve(terms, None, self.flight.carried(self.goal, h))
         self.end = self.body.reduced_at(self.free) if settled else self.goal
         self.ends = np.concatenate([self.body.points(self.end)[self.body.controls], self.later])
         self.moved = self.ends - self.now
         # Shapes that move together have no motion relative to each other.
-        count, owner = len(self.scene.stroke), outlines.owner
+        count, owner = len(self.scene.stroke), self.outlines.owner
         size = np.maximum(np.bincount(owner, minlength=count), 1)
         mean = np.stack(
             [np.bincount(owner, self.moved[..., i].mean(1), count) / size for i in range(2)], 1
@@ -106,7 +110,7 @@ class FreeStep:
         between = np.linalg.norm(mean[:, None] - mean, axis=2)
         self.ways = between + spread[:, None] + spread
         letters = len(self.body.rows)
-        self.reach = float(self.ways[:letters].max()) + MARGIN + self.state.depth
+        self.reach = float(self.ways[:letters].max()) + MARGIN + self.depth
 
     def motion(self) -> list[Term]:
         """Inertia and springs over the step."""

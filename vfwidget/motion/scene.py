@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Hashable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from ..overlap.contacts import SAMPLES, sampled
 from ..overlap.gaps import Gaps, Outlines
 from ..overlap.shape import Shape, letters, read_obstacles
 from ..text import Text
+from ..text.memo import Memo
 
 LEAST_STROKE = 4.0
 """Font units: the two sides of one curve are at least this far apart."""
@@ -25,6 +27,14 @@ NEARBY = 6.0
 """Font units: gaps are found up to here, because those that are near are needed again."""
 THIN = 0.1
 """Part of the outline at which a shape may be thinner than its stroke, because of corners."""
+
+
+class _Moment(NamedTuple):
+    """The obstacles at one time, and the outlines that have their structure."""
+
+    outlines: Outlines
+    shapes: list[Shape]
+    segments: Array
 
 
 class Scene:
@@ -46,35 +56,60 @@ class Scene:
         self.moving = callable(obstacles)
         self._obstacles = obstacles
         self._letters = letters(text)
-        self._known: dict[float, tuple[Outlines, Array, tuple[Array, ...]]] = {}
-        self._shapes: list[Shape] = []
-        self._outlines: Outlines | None = None
-        self._gaps: dict[tuple[int, bytes], tuple[float, Gaps]] = {}
+        self._moments: Memo[_Moment] = Memo(16)
+        self._outlines: Memo[Outlines] = Memo()
+        self._measured: dict[int, tuple[Shape, float]] = {}
+        self._gaps: dict[tuple[Outlines, bytes], tuple[float, Gaps]] = {}
         self.stroke = np.array([max(_stroke(letter), THINNEST) for letter in self._letters])
         self.at(0.0)
 
-    def _measure(self, obstacles: list[Shape]) -> None:
+    def _measure(self, obstacles: list[Shape], time: float) -> None:
         """Keep the thinnest stroke that each obstacle has had."""
-        strokes = np.array([_stroke(obstacle) for obstacle in obstacles])
-        for number, stroke in enumerate(strokes, 1):
-            if stroke < THINNEST:
+        for i, obstacle in enumerate(obstacles):
+            if i in self._measured:
+                shape, stroke = self._measured[i]
+                # A stroke shrinks by at most twice the motion of the outline.
+                most = min(stroke / 4, stroke - THINNEST)
+                if _structure(shape) == _structure(obstacle) and 2 * _bent(shape, obstacle) <= most:
+                    continue
+            stroke = _stroke(obstacle)
+            if stroke < THINNEST - NEAREST:
+                when = f" at {time:.4g} s" if self.moving else ""
                 raise MotionError(
-                    f"Obstacle {number} is {stroke:.3g} font units thick, and letters could pass "
-                    f"it unseen. Make it at least {THINNEST:g} unit thick."
+                    f"Obstacle {i + 1} is {stroke:.3g} font units thick{when}, and letters could "
+                    f"pass it unseen. Make it at least {THINNEST:g} unit thick."
                 )
-        letters, known = np.split(self.stroke, [len(self._letters)])
-        least = np.full(max(len(known), len(strokes)), np.inf)
-        for some in (known, strokes):
-            least[: len(some)] = np.minimum(least[: len(some)], some)
-        self.stroke = np.concatenate([letters, least])
+            self._measured[i] = obstacle, stroke
+            number = len(self._letters) + i
+            if number == len(self.stroke):
+                self.stroke = np.append(self.stroke, np.inf)
+            self.stroke[number] = min(self.stroke[number], stroke)
 
     def at(self, time: float) -> tuple[Outlines, Array]:
         """All outlines, and the segments (S', 4, 2) of the obstacles, at a time in seconds."""
-        return self._at(time)[:2]
+        moment = self._at(time)
+        return moment.outlines, moment.segments
+
+    def shapes(self, time: float) -> list[Shape]:
+        """The obstacles at a time."""
+        return self._at(time).shapes
+
+    def before(self, time: float, later: float) -> tuple[Array, bool]:
+        """The segments (S', 4, 2) of the obstacles of a later time as they are at ``time``.
+
+        An obstacle that is new at the later time is already where it will be. The second value
+        says whether one is.
+        """
+        first, second = self._at(time), self._at(later)
+        if first.outlines is second.outlines:
+            return first.segments, False
+        found = _counterparts(first.shapes, second.shapes)
+        shapes = [found.get(i, shape) for i, shape in enumerate(second.shapes)]
+        return _segments(shapes), len(found) < len(shapes)
 
     def gaps(self, outlines: Outlines, segments: Array, reach: float) -> Gaps:
         """The gaps between outlines that are smaller than ``reach``; the latest ones are kept."""
-        key = id(outlines), segments.tobytes()
+        key = outlines, segments.tobytes()
         known = self._gaps.get(key)
         if known is None or known[0] < reach:
             if len(self._gaps) > 4:
@@ -90,30 +125,65 @@ class Scene:
 
     def contours(self, time: float) -> tuple[Array, ...]:
         """The closed contours (s, 4, 2) of the obstacles."""
-        return self._at(time)[2]
+        return tuple(contour for shape in self.shapes(time) for contour in shape.contours)
 
-    def _at(self, time: float) -> tuple[Outlines, Array, tuple[Array, ...]]:
-        key = time if self.moving else 0.0
-        if key not in self._known:
-            if len(self._known) > 8:
-                self._known.clear()
-            self._known[key] = self._read(time)
-        return self._known[key]
+    def _at(self, time: float) -> _Moment:
+        return self._moments.get(time if self.moving else 0.0, lambda: self._read(time))
 
-    def _read(self, time: float) -> tuple[Outlines, Array, tuple[Array, ...]]:
+    def _read(self, time: float) -> _Moment:
         try:
             shapes = [_simple(shape) for shape in read_obstacles(self.given(time))]
         except OverlapError as error:
             when = f" At {time:.4g} s:" if self.moving else ""
             raise MotionError(f"The obstacles cannot be read.{when} {error}") from error
+        self._measure(shapes, time)
         # The structure decides which points correspond to each other at two times.
-        if self._outlines is None or [s.sizes for s in shapes] != [s.sizes for s in self._shapes]:
-            self._measure(shapes)
-            self._outlines = Outlines([*self._letters, *shapes], len(self._letters))
-        self._shapes = shapes
-        segments = [np.zeros((0, 4, 2)), *(shape.segments for shape in shapes)]
-        contours = tuple(c for shape in shapes for c in shape.contours)
-        return self._outlines, np.concatenate(segments), contours
+        outlines = self._outlines.get(
+            tuple(map(_structure, shapes)),
+            lambda: Outlines([*self._letters, *shapes], len(self._letters)),
+        )
+        return _Moment(outlines, shapes, _segments(shapes))
+
+
+def _segments(shapes: Sequence[Shape]) -> Array:
+    """The segments of some shapes, (S', 4, 2)."""
+    return np.concatenate([np.zeros((0, 4, 2)), *(shape.segments for shape in shapes)])
+
+
+def _structure(shape: Shape) -> Hashable:
+    """The number of segments of each contour, and whether it runs counterclockwise."""
+    start, end = shape.segments[:, :3], shape.segments[:, 1:]
+    twice = (start[..., 0] * end[..., 1] - start[..., 1] * end[..., 0]).sum(1)
+    first = np.cumsum([0, *shape.sizes[:-1]])
+    return shape.sizes, tuple((np.add.reduceat(twice, first) > 0).tolist())
+
+
+def _counterparts(before: Sequence[Shape], after: Sequence[Shape]) -> dict[int, Shape]:
+    """The earlier obstacle for each later one of equal structure, by its index.
+
+    Equally many correspond in their order. Otherwise the nearest ones correspond.
+    """
+    found = dict[int, Shape]()
+    for structure in {_structure(shape) for shape in after}:
+        old = [shape for shape in before if _structure(shape) == structure]
+        new = [i for i, shape in enumerate(after) if _structure(shape) == structure]
+        if len(old) == len(new):
+            found.update(zip(new, old, strict=True))
+            continue
+        way = np.array([[abs(s.segments - after[i].segments).max() for i in new] for s in old])
+        for _ in range(min(way.shape) if len(old) else 0):
+            row, column = np.unravel_index(int(way.argmin()), way.shape)
+            found[new[column]] = old[row]
+            way[row], way[:, column] = np.inf, np.inf
+    return found
+
+
+def _bent(before: Shape, after: Shape) -> float:
+    """How far the control points are from where the best rigid motion leads, at most."""
+    old, new = (shape.segments.reshape(-1, 2) @ [1, 1j] for shape in (before, after))
+    old, new = old - old.mean(), new - new.mean()
+    turn = np.vdot(old, new)
+    return float(abs(new - turn / (abs(turn) or 1.0) * old).max())
 
 
 def _simple(shape: Shape) -> Shape:

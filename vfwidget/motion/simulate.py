@@ -28,7 +28,7 @@ from .inputs import (
 from .laws import Laws, State
 from .numbers import read_count, read_number
 from .scene import NEARBY, Scene
-from .start import DEEP, apart
+from .start import DEEP, apart, deepest
 from .steps import BlockedError, Stepper
 
 SLOW, PATIENCE = 5e-3, 0.5
@@ -88,7 +88,10 @@ def simulate(
         velocity, in radians per second.
     obstacles : as for :func:`~vfwidget.overlaps`, an Animation, or a function of the time
         Shapes that the letters cannot enter. A function returns the obstacles at a time in
-        seconds; they push the letters.
+        seconds; they push the letters. Their number may change over time. Of the obstacles with
+        equal numbers of segments, those before and after a change correspond in their order if
+        they are equally many; otherwise the nearest ones correspond. Letters that a new obstacle
+        covers are pushed out.
     positions : bool
         Whether the letters move freely. Otherwise only their axes move. Default False.
     rotations : bool
@@ -115,8 +118,8 @@ def simulate(
     MotionError
         An argument is not what is described above; an obstacle is less than one font unit thick;
         an overlap at the start cannot be resolved; letters cannot get out of the way of an
-        obstacle; or the motion has exploded. In the last two cases, ``error.animation`` holds the
-        frames so far.
+        obstacle; or the motion has exploded. If some frames have been computed before the error,
+        ``error.animation`` holds them.
 
     Warns
     -----
@@ -183,6 +186,10 @@ def simulate(
                 "returned.",
                 MotionWarning,
             )
+        except MotionError as error:
+            # The obstacles, the forces or the rest state of a later time cannot be read.
+            error.animation = run.animation()
+            raise
         except _StoppedError as error:
             failure = MotionError(
                 f"After {run.time:.4g} s {error} error.animation holds the frames so far."
@@ -316,14 +323,17 @@ class _Run:
         outlines, obstacles = self.scene.at(time)
         segments = np.concatenate([points[self.body.controls], obstacles])
         gaps = self.scene.gaps(outlines, segments, NEARBY)
-        deepest = max(0.0, -float(gaps.gap.min(initial=0.0)))
+        depth = max(0.0, -float(gaps.gap.min(initial=0.0)))
+        if outlines.boxes_overlap(segments, NEARBY):
+            # A deeper contact is beyond the reach of the gaps.
+            depth = max(depth, deepest(self.body.text.moved_to(place), self.scene.shapes(time)))
         stretch = self.laws.stiffness * (place[AXES] - rest) ** 2
         energy = (
             0.5 * float(velocity @ velocity)
             + 0.5 * float(stretch.sum())
             - float(self.body.force(acceleration) @ self.body.reduced_at(place))
         )
-        self.frames.append((place, deepest, energy))
+        self.frames.append((place, depth, energy))
 
     def animation(self) -> Animation:
         """The frames so far."""

@@ -24,7 +24,7 @@ from ..overlap.gaps import Gaps
 from ..text.place import OFFSETS, ROTATIONS, Place
 from .body import Body
 from .flight import Flight
-from .free_step import FreeStep
+from .free_step import MARGIN, FreeStep
 from .laws import Laws, State
 from .scene import NEARBY, Scene
 from .terms import (
@@ -142,6 +142,7 @@ class _Step(FreeStep):
                 return self._reflected(), 0.0
             if moment is not None:
                 self.set_duration(moment)
+                before = self._before()
                 ahead = self.gaps(self.ends, self.reach)
                 # On the way to the impact, slower contacts may press.
                 inside = ahead.some(ahead.gap < -LEFT)
@@ -258,9 +259,10 @@ class _Step(FreeStep):
     ) -> tuple[Place, Touches, float]:
         """The least place whose contacts are found there, the contacts, and how deep one is."""
         depth = np.inf
+        reach = max(min(max(self.reach, NEARBY), DEEP), self.depth + MARGIN)
         for _ in range(MOST_ROUNDS):
             place = self.solve(terms, Contact(touches), place)
-            found = self._gaps_at(place, min(max(self.reach, NEARBY), DEEP))
+            found = self._gaps_at(place, reach)
             before, depth = depth, -float(found.gap.min(initial=0.0))
             if depth < DEEPEST or depth == before:
                 break

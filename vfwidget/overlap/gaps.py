@@ -110,11 +110,8 @@ class Outlines:
             Control points of all shapes. Inside a shape, points up to ``reach`` deep are found.
         """
         low, high = segments.min(1), segments.max(1)
-        bottom = np.minimum.reduceat(low, self._starts)
-        top = np.maximum.reduceat(high, self._starts)
-        near = ((bottom[:, None] - reach < top) & (bottom - reach < top[:, None])).all(-1)
-        letters = int(np.searchsorted(self._filled, self.letters))
-        pairs = np.argwhere(np.triu(near, 1)[:letters])
+        bottom, top = self._boxes(low, high)
+        pairs = self._near(bottom, top, reach)
         if not len(pairs):
             return _NONE
         bent = ~straight(segments)
@@ -152,6 +149,21 @@ class Outlines:
         nearest = self._project(curves, segment, t, index, s)
         nearest = nearest.some(abs(nearest.gap) < reach)
         return Gaps(*(np.concatenate(both) for both in zip(samples, nearest, strict=True)))
+
+    def boxes_overlap(self, segments: Array, depth: float) -> bool:
+        """Whether the boxes of two shapes overlap by more than ``depth`` in both directions."""
+        boxes = self._boxes(segments.min(1), segments.max(1))
+        return bool(len(self._near(*boxes, -depth)))
+
+    def _boxes(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """The lower and upper corners of the shapes from those of the segments."""
+        return np.minimum.reduceat(low, self._starts), np.maximum.reduceat(high, self._starts)
+
+    def _near(self, bottom: Array, top: Array, reach: float) -> IntArray:
+        """The pairs of shapes whose boxes are less than ``reach`` apart."""
+        near = ((bottom[:, None] - reach < top) & (bottom - reach < top[:, None])).all(-1)
+        letters = int(np.searchsorted(self._filled, self.letters))
+        return np.argwhere(np.triu(near, 1)[:letters])
 
     def _project(
         self, curves: Array, segment: IntArray, t: Array, index: IntArray, s: Array

@@ -1,0 +1,136 @@
+"""Obstacles that change over time: they appear, bend, and become invalid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vfwidget as vf
+from tests.motion.falls import FLOOR, simulated
+from vfwidget.motion.body import Body
+from vfwidget.motion.free_step import FreeStep
+from vfwidget.motion.laws import Laws, State
+from vfwidget.motion.scene import Scene, _stroke
+from vfwidget.motion.steps import Stepper
+
+
+def pusher(time, speed=3000.0, more=False):
+    """A bar that comes from the left; with ``more``, its lower side has another corner."""
+    x = -260 + speed * time
+    corners = [(x - 200, -200), (x, -200), (x, 900), (x - 200, 900)]
+    return [*corners[:1], (x - 100, -200), *corners[1:]] if more else corners
+
+
+def odd(time):
+    """Whether the frame of 1/60 s at a time has an odd number."""
+    return int(60 * time + 1e-6) % 2 == 1
+
+
+@pytest.mark.parametrize("changes", ["a later obstacle", "an earlier obstacle", "corners"])
+def test_a_bar_pushes_a_letter_while_the_structure_of_the_obstacles_changes(changes) -> None:
+    far = [(9000, 0), (9100, 0), (9100, 100), (9000, 100)]
+
+    def obstacles(time):
+        if changes == "corners":
+            return [pusher(time, more=odd(time))]
+        both = [pusher(time), far] if changes == "a later obstacle" else [far, pusher(time)]
+        return both if odd(time) else [pusher(time)]
+
+    pushed = simulated(vf.Text("recursive", "I"), 11, obstacles=obstacles, positions=True)
+    assert pushed.penetration.max() < 0.5
+    found = vf.overlaps(pushed[-1], [pusher(pushed.times[-1])])
+    assert sum(overlap.area for overlap in found) < 100
+    assert pushed.positions[-1, 0, 0] > 200
+
+
+def test_a_bar_that_appears_across_a_stem_blocks_the_letter() -> None:
+    bar = [(-3000, 300), (3000, 300), (3000, 400), (-3000, 400)]
+    text = vf.Text("recursive", "I")
+    with pytest.raises(vf.MotionError, match="cannot get out of the way"):
+        simulated(text, 2, obstacles=lambda t: [bar] if t > 0.02 else [], positions=True)
+
+
+@pytest.mark.parametrize(("low", "high"), [(300, 400), (-3000, 3000)])
+def test_a_frame_with_a_deep_overlap_says_how_deep_it_is(monkeypatch, low, high) -> None:
+    # Whatever the steps do: here they overlook the bar. It crosses the stem, so that no corner of
+    # either lies in the other one, or it covers the letter.
+    monkeypatch.setattr(Stepper, "frame", lambda self, state, *rest: state)
+    bar = [(-3000, low), (3000, low), (3000, high), (-3000, high)]
+    text = vf.Text("recursive", "I")
+    with pytest.warns(vf.MotionWarning, match="shapes enter each other"):
+        crossed = simulated(text, 2, obstacles=lambda t: [bar] if t > 0.02 else [], positions=True)
+    (overlap,) = vf.overlaps(crossed[2], [bar])
+    assert crossed.penetration.tolist() == [0, 0, pytest.approx(overlap.depth)]
+    assert overlap.depth > 40
+
+
+@pytest.mark.parametrize(
+    ("later", "said"),
+    [
+        ([[(-3000, -700), (3000, -700), (3000, -699.5), (-3000, -699.5)]], "0.5 font units thick"),
+        ([[(0, np.nan), (1, 0), (1, 1), (0, 1)]], "obstacles cannot be read"),
+    ],
+)
+def test_obstacles_that_become_wrong_are_refused_and_the_frames_so_far_kept(later, said) -> None:
+    floor = [[(-3000, -750), (3000, -750), (3000, -700), (-3000, -700)]]
+    with pytest.raises(vf.MotionError, match=said) as caught:
+        simulated(
+            vf.Text("recursive", "O"),
+            9,
+            obstacles=lambda t: later if t > 0.07 else floor,
+            positions=True,
+        )
+    assert "t 0.08333 s" in str(caught.value)
+    assert len(caught.value.animation) == 5
+
+
+def test_a_stroke_is_measured_again_only_where_an_obstacle_bends(monkeypatch) -> None:
+    measured = []
+
+    def stroke(shape):
+        measured.append(shape)
+        return _stroke(shape)
+
+    monkeypatch.setattr("vfwidget.motion.scene._stroke", stroke)
+    corners = np.array([(0, 0), (200, 0), (200, 40), (0, 40)], dtype=float)
+
+    def bar(time):
+        turn = np.array([[np.cos(time), -np.sin(time)], [np.sin(time), np.cos(time)]])
+        return [corners * [1, min(1.0, 2.0 - time)] @ turn]
+
+    scene = Scene(vf.Text("recursive", "I"), bar)
+    count = len(measured)
+    for time in np.linspace(0.1, 1.0, 10):
+        scene.at(time)
+    assert len(measured) == count
+    scene.at(1.5)
+    assert len(measured) == count + 1
+    assert scene.stroke == pytest.approx([scene.stroke[0], 20])
+
+
+def test_a_structure_that_comes_back_has_the_same_outlines() -> None:
+    bar, far = FLOOR, [(9000, 0), (9100, 0), (9100, 100)]
+    scene = Scene(vf.Text("recursive", "I"), lambda t: [bar, far] if 1 < t < 2 else [bar])
+    (first, _), (second, _), (third, _) = (scene.at(time) for time in (0.5, 1.5, 2.5))
+    assert first is third
+    assert first is not second
+
+
+def test_a_step_that_is_shortened_before_an_obstacle_appears_starts_as_without_it() -> None:
+    def bars(time):
+        low = -500 + 100 * time
+        bar = [(-9000, low), (9000, low), (9000, low + 90), (-9000, low + 90)]
+        return [bar, [(5000, 0), (5100, 0), (5100, 100)]] if time > 0.5 else [bar]
+
+    text = vf.Text("recursive", "I")
+    body, scene = Body(text, np.ones(1), True), Scene(text, bars)
+    rate = np.zeros_like(text.coordinates)
+    laws = Laws(rate, rate, 0.3, 0.5, 1.0, None)
+    state = State(body.start(text), np.zeros(len(body.lift)), np.zeros(1, dtype=bool))
+    step = FreeStep(body, scene, laws, state, 0.2, 0.7, np.zeros((1, 2)), text.coordinates)
+    np.testing.assert_array_equal(step.obstacles[:4], scene.at(0.2)[1])
+    np.testing.assert_array_equal(step.obstacles[4:], scene.at(0.9)[1][4:])
+    step.set_duration(0.1)
+    np.testing.assert_array_equal(step.obstacles, scene.at(0.2)[1])
+    np.testing.assert_array_equal(step.later, scene.at(0.3)[1])
+    assert step.outlines is scene.at(0.2)[0]
