@@ -12,7 +12,7 @@ from vfwidget.energy.energy import Energy
 from vfwidget.motion.body import Body
 from vfwidget.motion.scene import Scene
 from vfwidget.motion.terms import Contact, Inertia, Springs, Touches
-from vfwidget.motion.warm import TOLERANCES, approach
+from vfwidget.motion.warm import TOLERANCES, approach, least
 
 
 # The axes of Roboto Flex have kinks at their defaults; those of Recursive end there.
@@ -37,3 +37,17 @@ def test_the_search_settles_where_the_solver_ends(font, string, depth) -> None:
     here = found.problem.cost(whole.residual(x), x)
     assert here == pytest.approx(found.state.cost, abs=1e-7)
     assert here <= again.state.cost + 1e-7
+
+
+def test_the_active_rows_are_those_of_the_minimum_also_if_the_exchanges_do_not_settle(
+    monkeypatch,
+) -> None:
+    random = np.random.default_rng(3)
+    normals, gaps, slope = (random.normal(size=shape) for shape in ((9, 4), 9, 4))
+    settled = least(np.eye(4), slope, normals, gaps)[1]
+    monkeypatch.setattr("vfwidget.motion.warm.MOST_EXCHANGES", 1)
+    found, active = least(np.eye(4), slope, normals, gaps)
+    assert (active != settled).any()
+    rows = normals[active]
+    expected = -np.linalg.solve(np.eye(4) + rows.T @ rows, slope + gaps[active] @ rows)
+    np.testing.assert_allclose(found, expected, atol=1e-9)

@@ -141,7 +141,6 @@ class Body:
         self._vector = np.zeros_like(self.letter) if self.word.shared else self.letter
         self._deltas: Array | None = None
         self._origins = self.word.starts(np.arange(len(self.rows)))
-        self._compiled = Energy(text, [_Coordinates(self._origins)])
         if isinstance(self.word.outline, AffinePoints):
             self._reduce(self.word.outline)
         self.inertia = self._inertia()
@@ -196,6 +195,7 @@ class Body:
             deltas[rows] = basis @ weighted.reshape(-1, regions)
             fixed[rows] = basis @ (self._roots[own, None] * points.base[own]).ravel()
         self._deltas, self._fixed = deltas, fixed
+        self._compiled = Energy(self.text, [_Coordinates(self._origins)])
 
     def _inertia(self) -> Array:
         """See the attributes of the class; the mean of both sides of a kink."""

@@ -48,10 +48,10 @@ class FreeStep:
     Attributes
     ----------
     free : Place
-        Where the motion leads without contact. It is found if the step is ``settled``.
+        The place without contact at the end of the step. It exists only if ``settled`` is true.
     settled : bool
-        Letters that were in contact are likely to stay so. Then inertia alone leads to ``end``,
-        which shows well enough where letters press.
+        Whether ``free`` was solved for. If letters were in contact before the step, it is false at
+        first, and ``end`` follows from inertia alone.
     end : (r,) array
         Reduced coordinates after the step, without contact.
     now, ends : (S, 4, 2) arrays

@@ -24,7 +24,8 @@ THINNEST = 1.0
 NEAREST = 1e-6
 """Font units: sides that are nearer to a point are its own."""
 NEARBY = 6.0
-"""Font units: gaps are found up to here, because those that are near are needed again."""
+"""Font units. Gaps are searched at least up to this distance, because the next steps need the near
+ones again."""
 THIN = 0.1
 """Part of the outline at which a shape may be thinner than its stroke, because of corners."""
 

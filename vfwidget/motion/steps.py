@@ -57,7 +57,8 @@ DEEP = 100.0
 LEFT = 0.25
 """Font units: if a deeper contact is left, the step is tried again with half of its time."""
 SAME = 1e-6
-"""Font units: a contact that is deeper by less is as deep as before the step."""
+"""Font units. A contact counts as deeper than before the step only if its depth has grown by more
+than this."""
 BLOCKED = 4.0
 """Font units: a deeper contact that is left at the end of the shortest step cannot be resolved. The
 next step may resolve one that is less deep; a frame that shows it causes a warning."""

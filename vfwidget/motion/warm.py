@@ -59,7 +59,7 @@ def approach(energy: Energy, contact: Contact | None, x: Array) -> tuple[Array, 
         enough = TOLERANCES.least_decrease(here.cost)
         if here.cost <= enough:
             return here.x, True
-        step, promised = here.step()
+        step, promised, _ = here.step()
         if promised <= enough:
             return here.x, True
         if promised <= NEARLY * enough and promised * promised <= enough * before:
@@ -79,13 +79,11 @@ def approach(energy: Energy, contact: Contact | None, x: Array) -> tuple[Array, 
 def pressed(energy: Energy, contact: Contact, x: Array) -> Array:
     """How strongly each contact presses after one step of the model from x (N,), (C,)."""
     model = _Model(energy, contact)
-    here = _Point(model, x)
-    here.step()
-    return model.root * here.pressure
+    return model.root * _Point(model, x).step()[2]
 
 
 class _Model:
-    """What is the same at all points: an energy, a contact, and the walls of the unknowns.
+    """The data that all points of one search share: energy, contact and walls.
 
     Attributes
     ----------
@@ -140,8 +138,6 @@ class _Point:
     Attributes
     ----------
     cost : float
-    pressure : (C,) array
-        How deep each contact is after the step of the model, weighted; known after :meth:`step`.
     """
 
     def __init__(self, model: _Model, x: Array) -> None:
@@ -158,8 +154,17 @@ class _Point:
         below, above = cell(model.kinks, x)
         return slopes, np.maximum(low, below), np.minimum(high, above)
 
-    def step(self) -> tuple[Array, float]:
-        """The least d of the model up to the next kinks, and by how much it lowers the energy."""
+    def step(self) -> tuple[Array, float, Array]:
+        """The step of the model up to the next kinks.
+
+        Returns
+        -------
+        d : (N,) array
+        gain : float
+            By how much the step lowers the energy of the model.
+        pressure : (C,) array
+            How deep each contact is after the step, weighted.
+        """
         model = self.model
         weights, reference = model.energy.proximity
         slopes, low, high = self._slopes()
@@ -174,15 +179,18 @@ class _Point:
         d, model.active = least(curvature, slope, rows, gaps, model.active)
         d = np.minimum(np.maximum(d, low), high)
         before = self._residual[len(self._own) :]
-        self.pressure = after = np.maximum(-(self._gaps + normals.dot(d)), 0.0)
+        after = np.maximum(-(self._gaps + normals.dot(d)), 0.0)
         gain = before.dot(before) - after.dot(after) - d.dot(curvature.dot(d) + 2 * slope)
-        return d, float(gain)
+        return d, float(gain), after
 
 
 def least(
     curvature: Array, slope: Array, normals: Array, gaps: Array, active: BoolArray | None = None
 ) -> tuple[Array, BoolArray]:
     """The minimum (N,) of ½ d·H d + f·d + ½ Σ max(0, −(g + N d))², and the active rows (C,).
+
+    If the exchanges of active rows do not settle, d is the minimum under the assumption that
+    exactly the returned rows are active.
 
     Parameters
     ----------
@@ -203,10 +211,11 @@ def least(
         active = (gaps < 0) | ((gaps == 0) & (normals.dot(slope) > 0))
     fewest, patience = len(gaps) + 1, PATIENCE
     for _ in range(MOST_EXCHANGES):
-        rows = normals[active]
+        solved = active
+        rows = normals[solved]
         matrix = regular + rows.T.dot(rows)
-        found = -np.linalg.solve(matrix, slope + gaps[active].dot(rows))
-        wrong = ((gaps + normals.dot(found) < 0) != active).nonzero()[0]
+        found = -np.linalg.solve(matrix, slope + gaps[solved].dot(rows))
+        wrong = ((gaps + normals.dot(found) < 0) != solved).nonzero()[0]
         if not len(wrong):
             break
         if len(wrong) < fewest:
@@ -215,7 +224,7 @@ def least(
             patience -= 1
         else:
             wrong = wrong[-1:]
-        active = active.copy()
-        active[wrong] = ~active[wrong]
+        active = solved.copy()
+        active[wrong] = ~solved[wrong]
     # One refinement removes the effect of the entries that were added.
-    return found + np.linalg.solve(matrix, extra * found), active
+    return found + np.linalg.solve(matrix, extra * found), solved
