@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import vfwidget as vf
 from vfwidget.outline import crossings
+from vfwidget.outline.monotone import coefficients, evaluate, evaluate_slope
 from vfwidget.overlap.common_area import common_area, pairs_nearby
 from vfwidget.overlap.shape import Shape, letters, polygon
 from vfwidget.overlap.shortened import shortened
@@ -136,6 +137,38 @@ def test_lenses_however_thin():
         curvature = 2 / 3 * (100 - handle) / handle**2
         want = 4 / 3 * depth * np.sqrt(depth / curvature)
         assert got == pytest.approx(want, rel=0.02 + depth / 100)
+
+
+def ellipse_through_origin(rng):
+    """An ellipse that passes through the origin, the normal outwards there, and the curvature."""
+    ends = np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])
+    after, way = np.roll(ends, -1, 0), 4 / 3 * np.tan(np.pi / 8)
+    circle = np.stack([ends, ends + way * after, after + way * ends, after], 1)
+    segments = circle * rng.uniform(30, 300, 2) @ turn(rng.uniform(0, 2 * np.pi))
+    curve, t = coefficients(segments[:1]), rng.uniform(0.05, 0.95, 1)
+    (x, y), bend = evaluate_slope(curve, t)[:, 0], (2 * curve[2] + 6 * curve[3] * t)[:, 0]
+    speed = np.hypot(x, y)
+    curvature = abs(x * bend[1] - y * bend[0]) / speed**3
+    return segments - evaluate(curve, t)[:, 0], np.array([y, -x]) / speed, curvature
+
+
+def turn(angle):
+    """The matrix that turns row vectors counterclockwise."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, s], [-s, c]])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_lenses_of_ellipses_are_found_anywhere_on_their_outlines(seed):
+    rng = np.random.default_rng(seed)
+    for depth in 10 ** rng.uniform(-4, 0, 40):
+        first, out, curvature = ellipse_through_origin(rng)
+        second, normal, other = ellipse_through_origin(rng)
+        second = second @ turn(np.arctan2(*-out[::-1]) - np.arctan2(*normal[::-1]))
+        got = area(Shape(first, [4]), Shape(second - depth * out, [4]))
+        # The lens of two parabolas.
+        want = 4 / 3 * depth * np.sqrt(2 * depth / (curvature + other))
+        assert got == pytest.approx(want, rel=0.1)
 
 
 def test_a_shape_inside_another_and_holes():

@@ -4,7 +4,7 @@ Two arcs that are monotone in x and y, and whose boxes overlap, are functions x(
 range of heights. They are compared at a few heights. Between two heights at which they change sides
 they cross. Where the arcs come near each other without changing sides, the height is searched at
 which they are nearest, so that the two crossings of a lens are found. The number of comparisons is
-fixed, so arcs that coincide cost no more than others.
+bounded, so arcs that coincide cost no more than others.
 
 Gaps below :data:`RESOLUTION` count as zero. A crossing that is missed for that reason does no harm,
 because :mod:`.arrangement` sorts the arcs again in every slab.
@@ -35,10 +35,8 @@ RESOLUTION = 1e-12
 """Smallest distance that counts, relative to the largest coordinate."""
 HEIGHTS = (1 - np.cos(np.linspace(0, np.pi, 5))) / 2
 """Relative heights at which two arcs are compared; dense at the ends, near which arcs may turn."""
-DIPS = 4
-"""Steps of parabolic interpolation towards the height at which two arcs are nearest."""
-SETTLED = 0.01
-"""Part of a gap by which a step must lower it for the search to go on."""
+DIPS = 8
+"""Most steps of parabolic interpolation towards the height at which two arcs are nearest."""
 NEWTON, ENCLOSURES = 5, 48
 """Steps towards a crossing: first of Newton's method, then in a bracket where that fails."""
 
@@ -172,9 +170,14 @@ def _dips(lines: Climbers, pairs: Any, height: Any, gap: Any) -> tuple[Any, Any]
         return bottom + tall * (1 - xp.cos(angle)) / 2
 
     ends, sides = angles[::2], values[::2]
-    for rounds in range(DIPS):
+    for _ in range(DIPS):
         (a, b, c), (low, mid, high) = angles, values
         rise, fall = (high - mid) * (b - a), (low - mid) * (c - b)
+        # A dip is convex, so it lies above the lines through its middle and either end.
+        least = mid - xp.maximum(rise / (c - b), fall / (b - a))
+        # End if the sign of every least gap is known.
+        if ((mid < 0) | (least > 0)).all():
+            break
         vertex = b + (fall * (c - b) - rise * (b - a)) / (2 * (rise + fall))
         vertex = between(xp.where(xp.isfinite(vertex), vertex, b), a, c)
         value = _gaps(lines, pairs, level(vertex)[None])[0] * side
@@ -185,9 +188,6 @@ def _dips(lines: Climbers, pairs: Any, height: Any, gap: Any) -> tuple[Any, Any]
         left = worse < inner
         angles = [xp.where(left, worse, a), inner, xp.where(left, c, worse)]
         values = [xp.where(left, lost, low), kept, xp.where(left, high, lost)]
-        # A gap that hardly becomes smaller stays above zero; below zero it need not be the least.
-        if rounds and ((kept < 0) | (mid - kept < SETTLED * kept)).all():
-            break
     # The gap may be below zero at both ends of the narrowed range, so the first ends are returned.
     angles, values = [ends[0], angles[1], ends[1]], [sides[0], values[1], sides[1]]
     return stacked([level(angle) for angle in angles]), stacked(values) * side
