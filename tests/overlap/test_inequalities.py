@@ -8,7 +8,11 @@ from vfwidget.overlap.inequalities import WALL, Model, Walls
 
 
 def model(seed: int) -> Model:
-    """A model with up to 12 unknowns, 2 residuals and 4 inequalities, two of which are alike."""
+    """A model with up to 12 unknowns, 2 residuals and 4 inequalities.
+
+    Two inequalities are nearly equal, unless there is one only. About half of the models have
+    distances that count for some unknowns only.
+    """
     rng = np.random.default_rng(seed)
     n, rows, count = rng.integers(1, 13), rng.integers(0, 3), rng.integers(1, 5)
     jacobian, slopes = 30 * rng.normal(size=(rows, n)), 30 * rng.normal(size=(count, n))
@@ -22,8 +26,9 @@ def model(seed: int) -> Model:
         np.arange(count), slopes, depths - slopes @ x, depths, np.ones(count), np.full(count, 0.5)
     )
     constant = 100 * rng.normal(size=rows)
+    weights = rng.choice([0.0, 1.0], n) if seed % 2 else np.ones(n)
     return Model(
-        x, lower, upper, least, most, constant, jacobian, np.ones(n), x, walls=walls, own=walls
+        x, lower, upper, least, most, constant, jacobian, weights, x, walls=walls, own=walls
     )
 
 

@@ -31,8 +31,8 @@ class Pieces(NamedTuple):
     piece : (U,) int array
         The piece that each of the parts belongs to.
     gradient : (U, 4, 2) array
-        The derivative of the piece's area by the segment's control points, as far as the part
-        makes it.
+        The contribution of the part to the derivative of the piece's area, by the control points
+        of the part's segment. A segment may occur several times, so add the contributions.
     """
 
     pair: IntArray

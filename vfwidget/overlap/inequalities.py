@@ -28,7 +28,7 @@ STEPS = 40
 STILL = 1e-7
 """Steps that are shorter, in normalized coordinates, are not shortened further."""
 LEAST_WEIGHT = 1e-6
-"""Of the length of such a step, so that the step is unique."""
+"""Least weight of the squared length of a step towards the minimum, so that it is unique."""
 
 
 class Walls(NamedTuple):
@@ -167,7 +167,7 @@ class Model(NamedTuple):
                 np.concatenate([self.constant + self.jacobian @ x, (slopes @ x + offsets)[broken]]),
                 held,
                 self.weights * (x - self.reference),
-                # Inequalities are alike, and heavier than other rows.
+                # Only the rows of the energy differ from the inequalities by orders of magnitude.
                 graded=len(self.jacobian) > 0,
             )
             end = x + minimise_over_box(quadratic, self.lower - x, self.upper - x)[0]

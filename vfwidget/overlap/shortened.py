@@ -46,7 +46,7 @@ class Outlines(NamedTuple):
 
 
 class _Indices(NamedTuple):
-    """To which shape and contour each of S segments belongs, and where those begin.
+    """The shape and contour of each of S segments, and the first segment of each of those.
 
     Attributes
     ----------
@@ -115,6 +115,7 @@ def shortened(pairs: list[tuple[Shape, Shape]]) -> tuple[Outlines, Array]:
     matters[_meeting(low, high, of.shape, near.nonzero()[0])] = True
 
     start = (near | begins(side) | of.opens).nonzero()[0]
+    # The last one ends at index -1, which is the last segment.
     end = following(start) - 1
     shape, contour, chord = of.shape[start], of.contour[start], ~near[start]
     # A contour that is one chord bounds nothing.
