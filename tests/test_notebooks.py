@@ -16,8 +16,8 @@ from nbclient import NotebookClient
 from docs.gallery import sockets_in
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
-SECONDS = 150
-CELL_SECONDS = 120
+SECONDS = 280
+CELL_SECONDS = 200
 """Less than for a whole notebook, so that an error names the cell that does not end."""
 NOWHERE = "http://127.0.0.1:9"
 ABSOLUTE_PATH = re.compile(r"""(?:^|[\s"'`(=])(?:/\w[\w.-]*/|~/|[A-Za-z]:\\|file:)""", re.MULTILINE)
