@@ -11,16 +11,6 @@ import vfwidget as vf
 NAN, INF = float("nan"), float("inf")
 
 
-@pytest.fixture(scope="module")
-def font() -> vf.Font:
-    return vf.load_font("recursive")
-
-
-@pytest.fixture(scope="module")
-def text(font: vf.Font) -> vf.Text:
-    return vf.Text(font, "ab")
-
-
 @pytest.mark.parametrize(
     "key", ["あ", "no-such-glyph", "", -1, 10**6, True, 1.0, None, ["a"], b"a"], ids=repr
 )

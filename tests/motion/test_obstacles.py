@@ -52,8 +52,8 @@ def test_a_bar_that_appears_across_a_stem_blocks_the_letter() -> None:
 
 @pytest.mark.parametrize(("low", "high"), [(300, 400), (-3000, 3000)])
 def test_a_frame_with_a_deep_overlap_says_how_deep_it_is(monkeypatch, low, high) -> None:
-    # Whatever the steps do: here they overlook the bar. It crosses the stem, so that no corner of
-    # either lies in the other one, or it covers the letter.
+    # The steps are replaced by steps that do not see the bar. It crosses the stem, and no corner of
+    # either shape lies in the other one; or it covers the letter.
     monkeypatch.setattr(Stepper, "frame", lambda self, state, *rest: state)
     bar = [(-3000, low), (3000, low), (3000, high), (-3000, high)]
     text = vf.Text("recursive", "I")

@@ -10,16 +10,6 @@ import vfwidget as vf
 NAN, INF = float("nan"), float("inf")
 
 
-@pytest.fixture(scope="module")
-def font() -> vf.Font:
-    return vf.load_font("recursive")
-
-
-@pytest.fixture(scope="module")
-def text(font: vf.Font) -> vf.Text:
-    return vf.Text(font, "ab")
-
-
 @pytest.mark.parametrize("string", ["", "\u200b", "\u200d\u2060"], ids=ascii)
 def test_a_text_of_nothing(font, string):
     with pytest.raises(vf.TextError, match="is empty: it has no visible character"):

@@ -221,13 +221,13 @@ class Outlines:
     def _normals(self, curves: Array, index: IntArray, t: Array) -> Array:
         """Unit normals (p, 2) that point out of the shape; at a corner, along their bisector."""
         normal = self._normal(curves, index, t)
-        for end, beside, there in ((1.0, self._after, 0.0), (0.0, self._before, 1.0)):
+        for end, neighbour, there in ((1.0, self._after, 0.0), (0.0, self._before, 1.0)):
             at = np.flatnonzero(t == end)
             if len(at):
-                other = beside[index[at]]
+                other = neighbour[index[at]]
                 # A segment without length has no normal; the one beyond it forms the corner.
                 long = curves[1:, :, other].any((0, 1))
-                other = np.where(long, other, beside[other])
+                other = np.where(long, other, neighbour[other])
                 next_to = self._normal(curves, other, np.full(len(at), there))
                 normal[at] = _unit(normal[at] + next_to, normal[at])
         return normal
