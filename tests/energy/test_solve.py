@@ -388,7 +388,7 @@ def test_a_descent_at_another_state_has_the_bounds_of_that_state() -> None:
     energy = Energy(text.at(theta=[(lower + upper) / 2]), [vf.StayClose()])
     found = descend(energy, energy.unknowns.start, Tolerances(), 10)
     assert found.at_bounds is None
-    ended = replace(found, state=replace(found.state, x=energy.upper))
+    ended = found._replace(state=replace(found.state, x=energy.upper))
     assert ended.at_bounds is not None and ended.at_bounds.all()
 
 

@@ -18,43 +18,47 @@ class AffineTerm(NamedTuple):
 
     Attributes
     ----------
-    rows : PointRows
     points : AffinePoints
+    root : float
+        The square root of the term's weight.
     by : Derivative
         Constant, and so evaluated once.
-    constant : (r,) array
-        The part of the residual that neither points nor Θ change, weighted.
+    size : int
+        The number of residuals.
     """
 
-    rows: PointRows
     points: AffinePoints
+    root: float
     by: Derivative
-    constant: Array
+    size: int
 
     @staticmethod
     def of(rows: PointRows, theta: Array) -> AffineTerm | None:
-        """The compiled form of a term, or None where it or its points are not affine.
+        """The compiled form of a term, or None where it or its points are not affine."""
+        points = rows.points
+        if not isinstance(points, AffinePoints) or not rows.term.affine:
+            return None
+        by = rows.derivative(np.zeros(points.base.shape), np.zeros(theta.shape))
+        given = by.points if by.points is not None else by.theta
+        return AffineTerm(points, rows.root, by, 0 if given is None else len(given))
+
+    @property
+    def key(self) -> tuple[int, float, bytes, bytes]:
+        """Everything that the compiled rows depend on."""
+        return id(self.points), self.root, _bytes(self.by.points), _bytes(self.by.theta)
+
+    def constant(self, rows: PointRows, theta: Array) -> Array:
+        """The part of the residual (r,) that neither points nor Θ change, weighted.
 
         Raises
         ------
         SolveError
             The derivative does not have one row for each residual.
         """
-        points = rows.points
-        if not isinstance(points, AffinePoints) or not rows.term.affine:
-            return None
-        nowhere, default = np.zeros(points.base.shape), np.zeros(theta.shape)
-        by, value = rows.derivative(nowhere, default), rows.value(nowhere, default)
-        given = by.points if by.points is not None else by.theta
-        size = 0 if given is None else len(given)
-        if len(value) != size:
-            raise wrong_rows(rows.term.kind, size, len(value))
-        return AffineTerm(rows, points, by, rows.root * value)
-
-    @property
-    def key(self) -> tuple[int, float, bytes, bytes]:
-        """Everything that the compiled rows depend on; the constant part is not in them."""
-        return id(self.points), self.rows.root, _bytes(self.by.points), _bytes(self.by.theta)
+        value = rows.value(np.zeros(self.points.base.shape), np.zeros(theta.shape))
+        if len(value) != self.size:
+            raise wrong_rows(rows.term.kind, self.size, len(value))
+        return self.root * value
 
 
 def _bytes(array: Array | None) -> bytes:
@@ -212,8 +216,8 @@ class _Sums:
                 row, point = np.nonzero(term.by.points.any(-1))
                 rows.append(row + self._count)
                 points.append(point + first)
-                weights.append(term.rows.root * term.by.points[row, point])
-            self._count += len(term.constant)
+                weights.append(term.root * term.by.points[row, point])
+            self._count += term.size
             first += len(term.points.letter)
         self._point = np.concatenate([np.zeros(0, int), *points])
         self._weights = np.concatenate([np.zeros((0, 2)), *weights])
@@ -246,9 +250,9 @@ def _straight(terms: Sequence[AffineTerm], size: int) -> Array | None:
     if all(term.by.theta is None for term in terms):
         return None
     parts = [
-        np.zeros((len(term.constant), size))
+        np.zeros((term.size, size))
         if term.by.theta is None
-        else term.rows.root * term.by.theta.reshape(-1, size)
+        else term.root * term.by.theta.reshape(-1, size)
         for term in terms
     ]
     return np.concatenate(parts)

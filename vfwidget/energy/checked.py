@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SolveError
-from ..solver.problem import is_number
+from ..solver.problem import Proximity, is_number
 from ..text import Text
 from ..text.place import Block, Unknowns
 from .rows import PointRows, Rows, too_few_points
@@ -104,8 +104,8 @@ def located(term: Term, text: Text) -> Rows | None:
 _METHODS = ("residual", "own_residual", "jacobian")
 
 
-def proximity_of(term: Term, text: Text, unknowns: Unknowns) -> tuple[Array, Array] | None:
-    """The weights and the reference of a term's proximity for each free unknown, (N,) each.
+def proximity_of(term: Term, text: Text, unknowns: Unknowns) -> Proximity | None:
+    """A term's proximity over the free unknowns, or None if it has none.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def proximity_of(term: Term, text: Text, unknowns: Unknowns) -> tuple[Array, Arr
             f"proximity() of {term.kind} must give blocks of this solve two arrays of the block's "
             f"shape, weights ≥ 0 and a reference, all of them finite; received {own!r:.200}."
         )
-    return weights, reference
+    return Proximity(weights, reference)
 
 
 def miss_of(term: Term, residual: Array) -> float | None:

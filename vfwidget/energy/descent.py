@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, BoolArray
 from ..solver.drivers import History, active_bounds, minimise
-from ..solver.problem import Problem, Proximity, State, Tolerances
+from ..solver.problem import Problem, State, Tolerances
 from ..text.place import AXES
 from .energy import Energy
 from .term import TermResult
 
 
-@dataclass(frozen=True)
-class Descent:
+class Descent(NamedTuple):
     """Where one descent ended.
 
     Attributes
@@ -37,7 +35,7 @@ class Descent:
     results: list[TermResult]
     earlier: int = 0
 
-    @cached_property
+    @property
     def at_bounds(self) -> BoolArray | None:
         """Which unknowns (N,) are at a bound, or None if none of them is."""
         x = self.state.x
@@ -52,7 +50,7 @@ class Descent:
     def after(self, former: Descent) -> Descent:
         """The descent as the continuation of another one."""
         history = [*former.history, *self.history]
-        return replace(self, history=history, earlier=former.iterations + self.earlier)
+        return self._replace(history=history, earlier=former.iterations + self.earlier)
 
     @property
     def missed(self) -> list[TermResult]:
@@ -113,7 +111,7 @@ def descend(
         energy.kinks,
         scale_by_columns=scale_by_columns,
         tolerances=tolerances,
-        proximity=Proximity(*energy.proximity),
+        proximity=energy.proximity,
         renews=energy.moves,
     )
     history: History = [] if watch is None else Path(watch)

@@ -9,12 +9,12 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import AxisError, SolveError
-from ..solver.problem import check_size
+from ..solver.problem import Proximity, check_size
 from ..text import Text
 from ..text.place import AXES, OFFSETS, TRACKING, Block, Unknowns
-from .affine import AffineRows, AffineTerm, compiled
+from .affine import AffineTerm, compiled
 from .checked import blocks_of, bound, located, miss_of, no_terms, proximity_of
-from .rows import PointRows, Rows, wrong_rows
+from .rows import PointRows, wrong_rows
 from .term import Term, TermResult
 
 
@@ -46,10 +46,12 @@ class Energy:
         Bounds of the free unknowns, which coincide for locked axes.
     kinks : (N, q) array
         Padded with infinity.
-    proximity : (weights, reference)
-        Two (N,) arrays: the energy contains Σ weights · (x − reference)².
+    proximity : Proximity
+        The energy contains Σ weights · (x − reference)².
     moves : bool
         Whether a term has to be located again between the steps of the solver.
+    has_form : bool
+        Whether all terms tell their form, so that :meth:`at` can keep what is compiled.
 
     Raises
     ------
@@ -70,25 +72,52 @@ class Energy:
     ) -> None:
         if not terms:
             raise no_terms()
-        self.text = text
         self._options = free, locks, followers
         self.terms = [bound(term, text) for term in terms]
         blocks, added = _all_blocks(text, self.terms)
-        self.unknowns = Unknowns(blocks, free, added)
+        self._stand_at(text, Unknowns(blocks, free, added))
         # Most terms have at least one residual, and each takes memory from here on.
         tied = followers * len(text.font.axes) if AXES in self.unknowns.slices else 0
-        check_size(len(terms), len(self.unknowns.lower) - tied)
-        self.lower, self.upper = self.unknowns.lower, self.unknowns.upper
-        if locks:
-            self._lock(locks)
-        self._collect_proximity()
+        check_size(len(terms), len(self.lower) - tied)
         self._rows = [located(term, text) for term in self.terms]
         self.moves = any(term.moving for term in self.terms)
+        self.has_form = all(term.form() is not None for term in self.terms)
         self._compile()
 
     def at(self, text: Text, terms: Sequence[Term]) -> Energy:
-        """An energy with the same free blocks and locks, at another place of the text."""
-        return Energy(text, terms, *self._options)
+        """An energy with the same free blocks and locks, at another place of the text.
+
+        If the terms differ from those of this energy only in their goals, as in a drag, what is
+        compiled is kept.
+        """
+        same = len(terms) == len(self.terms) and text.word is self.text.word
+        same = same and text.rotations is self.text.rotations
+        if not same or not all(map(_same_form, terms, self.terms)):
+            return Energy(text, terms, *self._options)
+        other = object.__new__(Energy)
+        other.__dict__.update(self.__dict__)
+        other.terms = [bound(term, text) for term in terms]
+        other._stand_at(text, self.unknowns.at(text.blocks))
+        other._rows = [
+            PointRows(term, rows.points, rows.automatic) if isinstance(rows, PointRows) else rows
+            for term, rows in zip(other.terms, self._rows, strict=True)
+        ]
+        other._set_constant()
+        return other
+
+    def is_over(self, free: Collection[str], locks: Collection[str]) -> bool:
+        """Whether the energy has these free blocks and locks, and no followers."""
+        # The caller may change a list later.
+        return type(free) is tuple and self._options == (free, locks, 0)
+
+    def _stand_at(self, text: Text, unknowns: Unknowns) -> None:
+        """Take the bounds and the proximity from a text and its unknowns."""
+        self.text, self.unknowns = text, unknowns
+        self.lower, self.upper = unknowns.lower, unknowns.upper
+        locks = self._options[1]
+        if locks:
+            self._lock(locks)
+        self._collect_proximity()
 
     def _lock(self, locks: Collection[str]) -> None:
         tags = [axis.tag for axis in self.text.font.axes]
@@ -112,36 +141,46 @@ class Energy:
         # Several squares of one unknown are one, around their weighted mean.
         weights = np.zeros(len(self.lower)) + sum(w for w, _ in pulls)
         mean = np.zeros(len(self.lower)) + sum(w * reference for w, reference in pulls)
-        self.proximity = weights, np.divide(mean, weights, out=mean, where=weights > 0)
+        np.divide(mean, weights, out=mean, where=weights > 0)
+        self.proximity = Proximity(weights, mean)
 
     def _compile(self) -> None:
         """Separate the affine rows from the others."""
-        theta, unknowns = self.text.coordinates, self.unknowns
-        self._affine: list[AffineTerm | None] = []
-        self._others: list[Rows] = []
-        terms = []
-        for rows in self._rows:
-            affine = AffineTerm.of(rows, theta) if isinstance(rows, PointRows) else None
-            self._affine.append(affine)
-            if affine is not None:
-                terms.append(affine)
-            elif rows is not None:
-                self._others.append(rows)
-        self._compiled: AffineRows | None = None
-        self._constant = np.zeros(0)
-        if terms:
-            self._compiled = compiled(self.text.word, terms)
-            self._constant = _joined([term.constant for term in terms])
-            self._linear: dict[str, Array] = {}
-            for name in (OFFSETS, TRACKING):
-                fixed = unknowns.value(name, unknowns.start)
-                if name in unknowns.slices:
-                    self._linear[name] = self._compiled.by_block(name)
-                elif np.count_nonzero(fixed):
-                    self._constant = self._constant + self._compiled.by_block(name) @ fixed.ravel()
-        # A drag: everything is compiled, and Θ is all that moves.
-        self._only_axes = bool(terms) and not self._others and self.unknowns.is_only(AXES)
+        theta = self.text.coordinates
+        self._affine = [
+            AffineTerm.of(rows, theta) if isinstance(rows, PointRows) else None
+            for rows in self._rows
+        ]
+        self._others = [
+            rows
+            for rows, affine in zip(self._rows, self._affine, strict=True)
+            if rows is not None and affine is None
+        ]
+        terms = [affine for affine in self._affine if affine is not None]
+        self._compiled = compiled(self.text.word, terms) if terms else None
         self._sizes: list[int] | None = None
+        self._set_constant()
+
+    def _set_constant(self) -> None:
+        """Evaluate what the goals and the fixed unknowns add to the affine rows."""
+        theta, unknowns = self.text.coordinates, self.unknowns
+        parts = [
+            affine.constant(rows, theta)
+            for affine, rows in zip(self._affine, self._rows, strict=True)
+            if affine is not None and isinstance(rows, PointRows)
+        ]
+        self._constant = _joined(parts) if parts else np.zeros(0)
+        self._linear: dict[str, Array] = {}
+        # A drag: everything is compiled, and Θ is all that moves.
+        self._only_axes = bool(parts) and not self._others and unknowns.is_only(AXES)
+        if self._compiled is None:
+            return
+        for name in (OFFSETS, TRACKING):
+            fixed = unknowns.value(name, unknowns.start)
+            if name in unknowns.slices:
+                self._linear[name] = self._compiled.by_block(name)
+            elif np.count_nonzero(fixed):
+                self._constant = self._constant + self._compiled.by_block(name) @ fixed.ravel()
 
     def by_letter(self, values: Any) -> Any:
         """An array for the free unknowns (N,), as that of the axes in the shape of Θ."""
@@ -254,19 +293,27 @@ class Energy:
         ):
             cost, miss = 0.0, None
             if affine is not None:
-                part = residual[begun : begun + len(affine.constant)]
-                begun += len(part)
-                cost, miss = float(part.dot(part)), miss_of(term, part / affine.rows.root)
+                part = residual[begun : begun + affine.size]
+                begun += affine.size
+                cost, miss = float(part.dot(part)), miss_of(term, part / affine.root)
             elif rows is not None:
                 part = residual[others : others + next(sizes)]
                 others += len(part)
                 cost = float(part.dot(part))
                 miss = miss_of(term, rows.own_residual(self.unknowns.place(x)))
             if pull is not None:
-                away = x - pull[1]
-                cost += float(away.dot(pull[0] * away))
+                away = x - pull.reference
+                cost += float(away.dot(pull.weights * away))
             found.append(TermResult(term, miss, cost))
         return found
+
+
+def _same_form(term: Term, other: Term) -> bool:
+    """Whether two terms differ in nothing but their goals."""
+    if type(term) is not type(other):
+        return False
+    form = term.form()
+    return form is not None and form == other.form()
 
 
 def _joined(parts: Sequence[Array]) -> Array:

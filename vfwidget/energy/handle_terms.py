@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -56,6 +56,10 @@ class Target(Term):
         if position.shape != (2,) or not all(map(math.isfinite, position.tolist())):
             raise SolveError(f"A position is two finite numbers (x, y), not {self.position!r}.")
         return self if position is self.position else replace(self, position=position)
+
+    def form(self) -> Hashable | None:
+        # A class derived elsewhere may depend on more.
+        return (self.handle, self.weight) if type(self).__module__ == __name__ else None
 
     def residual(self, points: Array, theta: Array) -> Array:
         offset: Array = points[0] - self.position

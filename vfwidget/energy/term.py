@@ -15,9 +15,8 @@ a term whose points change (``moving``).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any, ClassVar, NamedTuple
 
 from ..arrays import Array
 from ..errors import SolveError
@@ -111,6 +110,16 @@ class Term:
         """The points that :meth:`residual` receives; by default those of ``handles``."""
         return text.point_set(self.handles)
 
+    def form(self) -> Hashable | None:
+        """Everything that the term is, apart from its goal; None if it does not tell.
+
+        Two terms of one class and form that are bound to texts with the same glyphs have the same
+        points, derivative and weight. Only the constant parts of their residuals and the
+        references of their :meth:`proximity` may differ. A drag, which only moves a goal, then
+        compiles its terms once.
+        """
+        return None
+
     def locate(self, text: Text) -> Rows | None:
         """The term's residual as a function of the place, with the points it has at ``text``.
 
@@ -189,8 +198,7 @@ class Term:
         return " ".join([self.kind, *(handle.letter_name for handle in self.handles or ())])
 
 
-@dataclass(frozen=True)
-class TermResult:
+class TermResult(NamedTuple):
     """One term, evaluated at the place where a solve ended.
 
     Attributes
@@ -219,9 +227,9 @@ class TermResult:
 
 
 def _check_numbers(weight: Any, tolerance: Any) -> None:
-    if not (is_number(weight) and 0 < weight < math.inf):
-        raise SolveError(f"A weight is a finite number > 0, not {weight!r}.")
-    if not LEAST_WEIGHT <= float(weight) <= MOST_WEIGHT:
+    if not (is_number(weight) and LEAST_WEIGHT <= float(weight) <= MOST_WEIGHT):
+        if not (is_number(weight) and 0 < weight < math.inf):
+            raise SolveError(f"A weight is a finite number > 0, not {weight!r}.")
         raise SolveError(
             f"A weight must be between {LEAST_WEIGHT:g} and {MOST_WEIGHT:g}; received {weight!r}."
         )

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array, IntArray, padded_table
 from ..errors import SolveError
-from ..solver.problem import is_count
+from ..solver.problem import Proximity, is_count
 from ..text import Text
 from ..text.place import AXES, Unknowns
 from .energy import Energy
@@ -37,16 +37,19 @@ def energy_of(
     SolveError
         As :class:`Energy`; or ``ties`` are no groups of letters, or a letter is in two of them.
     """
-    if isinstance(ties, tuple | list) and not ties:
-        return Energy(text, terms, free, locks)
-    leaders = _leaders(ties, len(text.glyphs))
-    followers = 0
-    if not text.shared:
+    if not isinstance(ties, tuple | list) or ties:
+        leaders = _leaders(ties, len(text.glyphs))
         followers = int(np.count_nonzero(leaders != np.arange(len(leaders))))
-    energy = Energy(text, terms, free, locks, followers)
-    if not followers or AXES not in energy.unknowns.slices:
-        return energy
-    return TiedEnergy(energy, leaders)
+        if followers and not text.shared:
+            whole = Energy(text, terms, free, locks, followers)
+            return TiedEnergy(whole, leaders) if AXES in whole.unknowns.slices else whole
+    # A drag asks for the same energy at every event, with another goal.
+    word, latest = text.word, text.word.latest_energy
+    known = latest is not None and latest.is_over(free, locks)
+    energy: Energy = latest.at(text, terms) if known else Energy(text, terms, free, locks)
+    if energy.has_form:
+        word.latest_energy = energy
+    return energy
 
 
 def _leaders(ties: Ties, letters: int) -> IntArray:
@@ -140,13 +143,14 @@ class TiedEnergy(Energy):
         follows = lead != np.arange(len(lead))
         self.proximity = self._once(whole, follows, kept)
 
-    def _once(self, whole: Energy, follows: Array, kept: IntArray) -> tuple[Array, Array]:
+    def _once(self, whole: Energy, follows: Array, kept: IntArray) -> Proximity:
         """The squares of the unknowns, without those of the letters that follow others."""
         whole._pulls = [
-            pull and (np.where(follows, 0.0, pull[0]), pull[1]) for pull in whole._pulls
+            pull and pull._replace(weights=np.where(follows, 0.0, pull.weights))
+            for pull in whole._pulls
         ]
         weights, reference = whole.proximity
-        return weights[kept], reference[kept]
+        return Proximity(weights[kept], reference[kept])
 
     def at(self, text: Text, terms: Sequence[Term]) -> Energy:
         """As :meth:`Energy.at`."""

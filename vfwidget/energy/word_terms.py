@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -65,12 +65,18 @@ class StayClose(Term):
             )
         return StayClose(self.weight, reference)
 
+    def form(self) -> Hashable | None:
+        # A class derived elsewhere may depend on more.
+        return self.weight if type(self) is StayClose else None
+
     def locate(self, text: Text) -> Rows | None:
         return None
 
     def proximity(self, text: Text) -> Mapping[str, tuple[Array, Array]]:
         reference = to_array(self.theta)
-        return {AXES: (np.full(reference.shape, self.weight), reference)}
+        weights = np.empty(reference.shape)
+        weights.fill(self.weight)
+        return {AXES: (weights, reference)}
 
 
 @dataclass(frozen=True)

@@ -183,7 +183,7 @@ class _Beyond:
         if promising and self._most > TRIAL_STEPS and self._is_cut(found) and not self.used_up:
             rest = self._take(energy, found.state.x, self._most - TRIAL_STEPS)
             # It starts where the trial has ended.
-            found = replace(rest, history=rest.history[1:]).after(found)
+            found = rest._replace(history=rest.history[1:]).after(found)
         self._least = min(self._least, found.state.cost)
         return found
 

@@ -20,7 +20,7 @@ from ..arrays import Array, BoolArray
 from ..energy.energy import Energy
 from ..solver.drivers import answer
 from ..solver.linearize import cell, one_sided
-from ..solver.problem import Kind, Problem, Proximity, State, Tolerances
+from ..solver.problem import Kind, Problem, State, Tolerances
 from .terms import Contact
 
 MOST_STEPS, MOST_HALVINGS = 12, 3
@@ -99,8 +99,7 @@ class _Model:
         lower, upper = energy.lower, energy.upper
         # At a kink the derivative is that to the right, and a lower bound has no other side.
         self.kinks = np.where(energy.kinks > lower[:, None], energy.kinks, np.inf)
-        proximity = Proximity(*energy.proximity)
-        self.problem = Problem(lower, upper, self.kinks, proximity=proximity)
+        self.problem = Problem(lower, upper, self.kinks, proximity=energy.proximity)
         self._bounded = np.flatnonzero(np.isfinite(lower) | np.isfinite(upper))
         sides = np.eye(len(lower))[self._bounded]
         self._sides = np.concatenate([sides, -sides])

@@ -245,7 +245,7 @@ class _Way:
         cost = sum(result.cost for result in results)
         # The model of the former end has the slopes of another state.
         state = replace(former.state, x=x, residual=residual, cost=cost, model=None)
-        return replace(former, state=state, results=results)
+        return former._replace(state=state, results=results)
 
 
 def middles(found: Collisions) -> Array:

@@ -300,7 +300,7 @@ class _Search:
         free = look.excess <= FREE_AREA and look.area <= FREE_AREA
         ended = descend(self.push, x, TOLERANCES, 0)
         state = replace(ended.state, outcome=SEARCHED)
-        found = solution_of(self.push, replace(ended, state=state, earlier=self.steps))
+        found = solution_of(self.push, ended._replace(state=state, earlier=self.steps))
         values = {field.name: getattr(found, field.name) for field in fields(found)}
         blocked = () if free else tuple(ends_reached(self.text, found.active))
         if not free:

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array, IntArray
 from ..energy.energy import Energy
 from ..solver.linearize import OFFSET
+from ..solver.problem import Proximity
 from ..text.memo import Memo
 from ..text.place import AXES
 from .collisions import Collisions, areas
@@ -79,7 +80,7 @@ class Room:
         calm = unknowns.flat({AXES: np.full_like(unknowns.place(x)[AXES], weight)})
         total = own + calm
         mean = np.divide(own * reference + calm * x, total, out=x.copy(), where=total > 0)
-        room.proximity = total, mean
+        room.proximity = Proximity(total, mean)
         return room
 
     def positions(self, x: Array) -> Array:

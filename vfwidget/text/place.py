@@ -108,19 +108,28 @@ class Unknowns:
                 f"free is a sequence of names of blocks of unknowns, not {free!r}; "
                 f"this solve has {', '.join(map(repr, blocks))}."
             )
-        self._blocks = blocks
-        self._values: dict[str, Array] = {}
         self.slices: dict[str, slice] = {}
-        starts, lowers, uppers, end = [], [], [], 0
-        for name, (value, lower, upper, _) in blocks.items():
-            self._values[name] = value
+        end = 0
+        for name, block in blocks.items():
             if name in names:
-                self.slices[name] = slice(end, end + value.size)
-                end += value.size
-                starts.append(value)
-                lowers.append(np.full(value.shape, -np.inf) if lower is None else lower)
-                uppers.append(np.full(value.shape, np.inf) if upper is None else upper)
-        self.start, self.lower, self.upper = _joined(starts), _joined(lowers), _joined(uppers)
+                self.slices[name] = slice(end, end + block.value.size)
+                end += block.value.size
+        self._take(blocks)
+
+    def at(self, blocks: Mapping[str, Block]) -> Unknowns:
+        """The same unknowns with other values, bounds and kinks."""
+        other = object.__new__(Unknowns)
+        other.slices = self.slices
+        other._take(blocks)
+        return other
+
+    def _take(self, blocks: Mapping[str, Block]) -> None:
+        self._blocks = blocks
+        self._values = {name: block.value for name, block in blocks.items()}
+        free = [blocks[name] for name in self.slices]
+        self.start = _joined([block.value for block in free])
+        self.lower = _joined([_side(block.value, block.lower, -np.inf) for block in free])
+        self.upper = _joined([_side(block.value, block.upper, np.inf) for block in free])
 
     def is_only(self, name: str) -> bool:
         """Whether this block is the only free one."""
@@ -168,6 +177,11 @@ class Unknowns:
             if table is not None:
                 padded[self.slices[name], : table.shape[1]] = table
         return padded
+
+
+def _side(value: Array, bound: Array | None, none: float) -> Array:
+    """A bound of a block, or infinity where it has none."""
+    return np.full(value.shape, none) if bound is None else bound
 
 
 def _joined(parts: list[Array]) -> Array:

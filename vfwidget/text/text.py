@@ -264,7 +264,7 @@ class Text(Exports):
         moved._theta, moved._axes = coordinates, axes
         moved.word = self.composition.word_at(coordinates)
         moved._offsets, moved.rotations = self._offsets, self.rotations
-        if len(moved.glyphs) != len(self.glyphs):
+        if moved.word is not self.word and len(moved.glyphs) != len(self.glyphs):
             moved._offsets = np.zeros((len(moved.glyphs), 2))
             moved.rotations = np.zeros(len(moved.glyphs))
         return moved

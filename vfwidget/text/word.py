@@ -83,6 +83,8 @@ class Word:
         """Handles of the same text in another setting, as handles of this word."""
         self.compiled_rows: Memo[Any] = Memo(16)
         """What energies compile from affine terms, for the next solve with the same ones."""
+        self.latest_energy: Any = None
+        """The energy of the latest solve: the next one often has the same terms."""
 
     def _place_glyphs(self, indices: list[IntArray]) -> None:
         """Lay the deltas of the glyphs out over the word's regions."""
