@@ -330,6 +330,22 @@ def test_no_boundary_is_crossed_when_the_time_is_over() -> None:
     assert found.status == "time_limit"
 
 
+def test_a_solve_that_meets_too_many_boundaries_does_not_claim_that_a_goal_is_unreachable(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = exchanged()
+    handle = text.handle()
+    x, y = text.position(handle).tolist()
+    target = vf.Target(handle, (x + 900, y))
+    assert vf.solve(text, target, restarts=0).status == "unreachable"
+    monkeypatch.setattr("vfwidget.energy.boundaries.MOST_CROSSINGS", 1)
+    found = vf.solve(text, target, restarts=0)
+    assert found.text.glyphs[0].name == "bowl"
+    assert found.status == "iteration_limit" and "glyphs change" in found.message
+    near = vf.solve(text, vf.Target(handle, (x + 240, y)), restarts=0)
+    assert near.converged, "A goal that is met needs no further boundary."
+
+
 def test_a_solve_without_time_for_a_boundary_does_not_claim_to_have_converged(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

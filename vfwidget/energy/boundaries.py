@@ -17,6 +17,7 @@ import numpy as np
 from ..arrays import Array, BoolArray
 from ..errors import GlyphError
 from ..font.settings import F2DOT14
+from ..solver.status import ITERATION_LIMIT, OUT_OF_TIME, Outcome
 from ..text import Text
 from ..text.place import AXES
 from .descent import Descent, held_axes
@@ -26,6 +27,9 @@ MOST_CROSSINGS = 16
 """A solve that keeps crossing boundaries ends after this many for each letter."""
 MOST_BOXES = 64
 """Or after so many boxes: where axes move others, several boxes lead up to a boundary."""
+MANY_BOUNDARIES = Outcome(
+    ITERATION_LIMIT, "More locations at which glyphs change were met than a solve crosses."
+)
 
 Entry: TypeAlias = tuple[int, int]
 """A letter and an axis: an entry of Θ."""
@@ -64,12 +68,32 @@ class Boundary:
 
 
 Descend = Callable[[Energy, Array], "Descent | None"]
-"""Minimises an energy from one point of its free unknowns; None if time or steps are used up."""
+"""Minimises an energy from one point of its free unknowns; None if time or steps are used up.
+
+A descent that ends because its time has passed is the last one as well."""
 
 
-def cross(
-    energy: Energy, found: Descent, descend: Descend
-) -> tuple[Energy, Descent, list[Boundary]]:
+class Crossing(NamedTuple):
+    """Where a search across boundaries has ended.
+
+    Attributes
+    ----------
+    energy : Energy
+    found : Descent
+        In the setting of the energy.
+    boundaries : list of Boundary
+        Those met, in order.
+    cut : Outcome or None
+        Why the search was ended although it could go on; None if every side was tried.
+    """
+
+    energy: Energy
+    found: Descent
+    boundaries: list[Boundary]
+    cut: Outcome | None = None
+
+
+def cross(energy: Energy, found: Descent, descend: Descend) -> Crossing:
     """Go on from where a descent ended beyond the boundaries that it met, where that costs less.
 
     Of the boundaries that one letter has met, the one whose other side costs least is crossed. A
@@ -84,19 +108,16 @@ def cross(
 
     Returns
     -------
-    energy, descent
-        Those of the setting in which the search ended.
-    boundaries : list of Boundary
-        Those met, in order.
+    Crossing
     """
     met: list[Boundary] = []
     if len(energy.text.composition.settings.rows) == 1 or found.at_bounds is None:
-        return energy, found, met
+        return Crossing(energy, found, met)
     letters = len(energy.text.coordinates)
     refused: dict[Entry, Boundary] = {}
     for _ in range(MOST_BOXES * letters):
         sides = list(_beyond(energy, found))
-        better: list[_Side] = []
+        better, ended = list[_Side](), False
         # Letters with axes of their own hardly affect one another, so each is decided by itself.
         for _, own in groupby(sides, key=lambda side: side[0][0]):
             new = [side for side in own if side[0] not in refused]
@@ -107,7 +128,8 @@ def cross(
             refused |= {side.entry: side.boundary for side in tried}
         if not better:
             stays = [refused[entry] for entry, _ in sides if entry in refused]
-            return energy, found, met + [boundary for boundary in stays if boundary.before]
+            met += [boundary for boundary in stays if boundary.before]
+            return Crossing(energy, found, met, OUT_OF_TIME if ended else None)
         best = min(better, key=lambda side: side.found.state.cost)
         energy, found = best.energy, best.found.after(found)
         if best.boundary.before:
@@ -116,7 +138,7 @@ def cross(
             break
         letter = best.entry[0]
         refused = {entry: side for entry, side in refused.items() if entry[0] != letter}
-    return energy, found, met
+    return Crossing(energy, found, met, MANY_BOUNDARIES)
 
 
 class _Side(NamedTuple):
@@ -154,6 +176,8 @@ def _tried(
         if end is None:
             return tried, True
         tried.append(_Side(entry, there, end, _boundary(energy.text, other, entry)))
+        if end.state.outcome is OUT_OF_TIME:
+            return tried, True
     return tried, False
 
 

@@ -14,7 +14,7 @@ from ..arrays import Array
 from ..errors import SolveError
 from ..solver.least_squares import Iterate
 from ..solver.problem import Tolerances, is_count, is_number, read_limit
-from ..solver.status import CONVERGED, OUT_OF_TIME
+from ..solver.status import CONVERGED, Outcome
 from ..text import Text
 from ..text.place import AXES, Place, Unknowns
 from .boundaries import Boundary, at_ends, cross
@@ -122,16 +122,11 @@ def solve(
     def run_until(energy: Energy, x: Array) -> Descent:
         return descend(energy, x, tolerances, max_iterations, deadline=until)
 
-    untried = False
-
     def run_beyond(energy: Energy, x: Array) -> Descent | None:
-        nonlocal untried
-        found = None if time.perf_counter() > until else run_until(energy, x)
-        untried = found is None or found.state.outcome is OUT_OF_TIME
-        return found
+        return None if time.perf_counter() > until else run_until(energy, x)
 
     best = along_planes(energy, run(energy, energy.unknowns.start), run)
-    energy, best, boundaries = cross(energy, best, run_beyond)
+    energy, best, boundaries, cut = cross(energy, best, run_beyond)
     elsewhere = None
     if restarts > 0 and best.missed:
         # From far away stiff terms make narrow, curved valleys, so they are added near the end.
@@ -153,7 +148,7 @@ def solve(
                 best, elsewhere = other, None
             elif elsewhere is None or other.state.cost < elsewhere.state.cost:
                 elsewhere = other
-    return solution_of(energy, best, elsewhere, start=text, boundaries=boundaries, untried=untried)
+    return solution_of(energy, best, elsewhere, start=text, boundaries=boundaries, cut=cut)
 
 
 def _end_of(seconds: float | None) -> float:
@@ -215,11 +210,11 @@ def solution_of(
     *,
     start: Text | None = None,
     boundaries: Sequence[Boundary] = (),
-    untried: bool = False,
+    cut: Outcome | None = None,
 ) -> Solution:
     """A descent as a solution in terms of the text; ``start`` is by default that of the energy.
 
-    ``untried`` says that there was no time to go beyond every boundary.
+    ``cut`` says why boundaries were left untried, if some were.
     """
     text, state, unknowns = energy.text, best.state, energy.unknowns
     place = unknowns.place(state.x)
@@ -230,8 +225,8 @@ def solution_of(
         missed = best.missed
         status = UNREACHABLE if missed else CONVERGED
         message = _explain(text, active(), missed, boundaries) if missed else "every goal is met"
-        if untried and (missed or all(result.miss is None for result in best.results)):
-            status, message = OUT_OF_TIME
+        if cut is not None and (missed or all(result.miss is None for result in best.results)):
+            status, message = cut
     return Solution(
         text=text.moved_to(place),
         start=start or text,

@@ -99,8 +99,8 @@ def fit(
 
     ``crosses`` says whether Gauss–Newton goes on beyond boundaries at which glyphs change. With
     letters that have axes of their own, this takes a descent for each letter at a boundary, so
-    only the last fit of a search does it. If the steps of these descents are used up before every
-    boundary has been tried, the fit has not converged.
+    only the last fit of a search does it. If it ends before every boundary has been tried, the fit
+    has not converged.
     """
     energy = _energy(view, options.loss)
     if options.optimizer == "adam":
@@ -135,8 +135,8 @@ def _gauss_newton(
     tried_all = True
     if crosses:
         beyond = _Beyond(descent, found, max_iterations)
-        energy, found, _ = cross(energy, found, beyond)
-        tried_all = not beyond.used_up
+        energy, found, _, cut = cross(energy, found, beyond)
+        tried_all = cut is None and not beyond.used_up
     state = found.state
     return Fit(
         view,
