@@ -7,7 +7,7 @@ better of both results is kept.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import NamedTuple, TypeAlias
@@ -116,7 +116,7 @@ def cross(energy: Energy, found: Descent, descend: Descend) -> Crossing:
     letters = len(energy.text.coordinates)
     refused: dict[Entry, Boundary] = {}
     for _ in range(MOST_BOXES * letters):
-        sides = list(_beyond(energy, found))
+        sides = list(_sides(energy, found))
         better, ended = list[_Side](), False
         # Letters with axes of their own hardly affect one another, so each is decided by itself.
         for _, own in groupby(sides, key=lambda side: side[0][0]):
@@ -153,7 +153,7 @@ class _Side(NamedTuple):
 def _tried(
     energy: Energy,
     found: Descent,
-    sides: Sequence[tuple[Entry, Text]],
+    sides: Sequence[tuple[Entry, float]],
     descend: Descend,
 ) -> tuple[list[_Side], bool]:
     """Descend from the end of a descent beyond each of these sides.
@@ -166,7 +166,8 @@ def _tried(
     """
     here = energy.unknowns.place(found.state.x)
     tried: list[_Side] = []
-    for entry, other in sides:
+    for entry, step in sides:
+        other = _beyond(energy.text, here, entry, step)
         try:
             there = energy.at(other, energy.terms)
         except GlyphError:
@@ -181,27 +182,35 @@ def _tried(
     return tried, False
 
 
-def _beyond(energy: Energy, found: Descent) -> Iterator[tuple[Entry, Text]]:
-    """The texts next to the end of a descent, beyond the sides of the box that hold it there.
+def _sides(energy: Energy, found: Descent) -> Iterator[tuple[Entry, float]]:
+    """The sides of the box that hold the end of a descent, except for the ends of axes.
 
     Yields
     ------
-    entry, text
-        The entry of Θ that leaves the box; those of one letter follow one another.
+    entry, step
+        The entry of Θ that a side holds, and the step that leads just beyond it. Those of one
+        letter follow one another.
     """
-    text, x, at_bounds = energy.text, found.state.x, found.at_bounds
+    text, at_bounds = energy.text, found.at_bounds
     if AXES not in energy.unknowns.slices or at_bounds is None:
         return
-    place = energy.unknowns.place(x)
-    at_side = energy.by_letter(at_bounds) & ~at_ends(text, place[AXES])
+    theta = energy.unknowns.value(AXES, found.state.x)
+    at_side = energy.by_letter(at_bounds) & ~at_ends(text, theta)
     if not np.count_nonzero(at_side):
         return
-    own = {name: place[name] for name in text.place}
     steps = held_axes(energy, found) / F2DOT14
     for letter, axis in np.argwhere(at_side & (steps != 0)).tolist():
-        theta = place[AXES].copy()
-        theta[letter, axis] += steps[letter, axis]
-        yield (letter, axis), text.moved_to({**own, AXES: theta})
+        yield (letter, axis), float(steps[letter, axis])
+
+
+def _beyond(text: Text, place: Mapping[str, Array], entry: Entry, step: float) -> Text:
+    """The text at a place after a step of one entry of Θ.
+
+    With many letters it takes long to make, so it is made only for a side that is tried.
+    """
+    theta = place[AXES].copy()
+    theta[entry] += step
+    return text.moved_to({**{name: place[name] for name in text.place}, AXES: theta})
 
 
 def at_ends(text: Text, theta: Array) -> BoolArray:
