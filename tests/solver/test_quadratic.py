@@ -9,7 +9,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vfwidget.solver.model import Model
-from vfwidget.solver.quadratic import DenseQuadratic, LowRankQuadratic, minimise_over_box
+from vfwidget.solver.quadratic import (
+    DenseQuadratic,
+    LowRankQuadratic,
+    Quadratic,
+    minimise_over_box,
+)
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -18,6 +23,13 @@ def random_box(rng, n):
     low, high = -rng.exponential(size=n), rng.exponential(size=n)
     fixed = rng.random(n) < 0.2
     return np.where(fixed, 0, low), np.where(fixed, 0, high)
+
+
+def check_optimality(d, slope, low, high):
+    assert (d >= low).all() and (d <= high).all()
+    assert slope[(d > low) & (d < high)] == pytest.approx(0, abs=1e-8)
+    assert (slope[(d == low) & (low < high)] >= -1e-8).all()
+    assert (slope[(d == high) & (low < high)] <= 1e-8).all()
 
 
 @given(seeds)
@@ -30,11 +42,7 @@ def test_the_minimiser_meets_the_optimality_conditions(seed: int) -> None:
     gradient = rng.normal(size=n)
     low, high = random_box(rng, n)
     d, bounded = minimise_over_box(DenseQuadratic(matrix, gradient), low, high)
-    slope = gradient + matrix @ d
-    assert (d >= low).all() and (d <= high).all()
-    assert slope[(d > low) & (d < high)] == pytest.approx(0, abs=1e-8)
-    assert (slope[(d == low) & (low < high)] >= -1e-8).all()
-    assert (slope[(d == high) & (low < high)] <= 1e-8).all()
+    check_optimality(d, gradient + matrix @ d, low, high)
     assert bounded == bool(((d == low) | (d == high)).any())
 
 
@@ -65,6 +73,7 @@ def test_few_rows_and_a_diagonal_give_the_same_as_their_matrix(seed: int, graded
 
 
 @given(seeds)
+@example(1202)
 @settings(max_examples=60, deadline=None)
 def test_a_heavy_row_leaves_the_light_ones_their_accuracy(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -115,6 +124,45 @@ def test_many_bounds_take_few_systems(monkeypatch) -> None:
     assert bounded and at_bounds > n / 2 and len(sizes) < 60
     slope = quadratic.slope(d)
     assert abs(slope[(d > low) & (d < high)]).max() <= 1e-7 * abs(quadratic.gradient).max()
+
+
+@given(seeds, st.booleans(), st.booleans())
+@settings(max_examples=100, deadline=None)
+def test_the_start_does_not_change_the_minimiser(seed: int, dense: bool, graded: bool) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 40))
+    jacobian, residual = rng.normal(size=(int(rng.integers(1, n + 1)), n)), rng.normal(size=n)
+    residual = 5 * residual[: len(jacobian)]
+    diagonal, linear = 10.0 ** rng.uniform(-3, 1, n), rng.normal(size=n)
+    low, high = random_box(rng, n)
+    matrix = jacobian.T @ jacobian + np.diag(diagonal)
+    gradient = residual @ jacobian + linear
+    quadratic: Quadratic = LowRankQuadratic(jacobian, residual, diagonal, linear, graded)
+    if dense:
+        quadratic = DenseQuadratic(matrix, gradient)
+    ends = np.where(rng.random(n) < 0.5, low, high)
+    for start in (None, np.zeros(n), ends, np.where(rng.random(n) < 0.5, ends, 0.0)):
+        d, bounded = minimise_over_box(quadratic, low, high, start)
+        check_optimality(d, gradient + matrix @ d, low, high)
+        assert bounded or not ((d == low) | (d == high)).any()
+
+
+@pytest.mark.parametrize("rows", [40, 400])
+def test_a_search_from_the_minimiser_takes_one_system_of_the_smaller_kind(
+    rows: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(2)
+    n = 500
+    jacobian, residual = rng.normal(size=(rows, n)), 50 * rng.normal(size=rows)
+    quadratic = LowRankQuadratic(jacobian, residual, np.full(n, 0.1), np.zeros(n))
+    box = np.full(n, -1.0), np.full(n, 1.0)
+    d, _ = minimise_over_box(quadratic, *box)
+    solve, sizes = np.linalg.solve, []
+    monkeypatch.setattr(np.linalg, "solve", lambda a, b: sizes.append(len(a)) or solve(a, b))
+    again, bounded = minimise_over_box(quadratic, *box, d)
+    assert again == pytest.approx(d, abs=1e-9)
+    free = np.count_nonzero(abs(d) < 1)
+    assert bounded and free < n and sizes == [min(rows, free)]
 
 
 @given(seeds, st.integers(1, 4))

@@ -159,7 +159,12 @@ class _Trial(NamedTuple):
 
 
 def _propose(model: Model, quadratic: Quadratic, low: Array, high: Array) -> _Proposal:
-    d, bounded = minimise_over_box(quadratic, low, high)
+    start = model.latest
+    if start is not None:
+        start = np.minimum(np.maximum(start, low), high)
+    d, bounded = minimise_over_box(quadratic, low, high, start)
+    if low is model.low:
+        model.latest = d
     return _Proposal(d, low, high, bounded, model.decrease(d))
 
 
@@ -197,8 +202,9 @@ def _first_damping(state: State, model: Model, weights: Array) -> float:
     far = float(abs(state.x).max()) or math.inf
     damping, most = 100 * model.least_damping, None
     while damping < LAST_DAMPING:
-        d, _ = minimise_over_box(model.damped(damping * weights), model.low, model.high)
-        decrease = model.decrease(d)
+        d, _, _, _, decrease = _propose(
+            model, model.damped(damping * weights), model.low, model.high
+        )
         most = decrease if most is None else most
         near = np.linalg.norm(root * d) <= reach and abs(d).max() <= far
         if near or decrease <= FIRST_DECREASE * most:

@@ -52,6 +52,9 @@ class Model:
         the range changes, apart from rounding errors, does not count.
     graded : bool
         Whether the spread is so small that JᵀJ would lose the light rows.
+    latest : (n,) array, optional
+        The latest step that was proposed within the whole range. Others with more or less damping
+        mostly end at the same bounds.
     """
 
     jacobian: Array
@@ -75,6 +78,7 @@ class Model:
             self.spread = _spread(self._relevant(sizes), n)
         self.graded = self.spread < HEAVY**-2
         self._matrix: Array | None = None
+        self.latest: Array | None = None
         if self.graded or (n > SMALL and 2 * m <= n):
             self.columns: Array = np.einsum("ij,ij->j", jacobian, jacobian) + self.weights
         else:

@@ -14,12 +14,19 @@ import numpy as np
 
 from ..arrays import Array, BoolArray
 
+MANY = 24
+"""With more equations than this, it takes less time to look for a variable at its bound than to
+solve a system that ignores the bounds."""
 ROUNDING = 1e-13
 """A slope counts as zero if it is smaller than this share of the terms that add up to it."""
 
 
 class Quadratic(Protocol):
     """A strictly convex quadratic of d, (n,)."""
+
+    @property
+    def equations(self) -> int:
+        """The number of equations of a system that gives a minimiser, at most."""
 
     def minimiser(self) -> Array:
         """The unconstrained minimiser, (n,)."""
@@ -50,6 +57,11 @@ class DenseQuadratic(NamedTuple):
 
     matrix: Array
     gradient: Array
+
+    @property
+    def equations(self) -> int:
+        """The number of equations of a system that gives a minimiser, at most."""
+        return len(self.gradient)
 
     def minimiser(self) -> Array:
         """The unconstrained minimiser, (n,)."""
@@ -96,9 +108,10 @@ class LowRankQuadratic(NamedTuple):
     Notes
     -----
     The step over the free variables is −D⁻¹ (s + Jᵀ y), where s = b + D d, and y solves
-    (I + J D⁻¹ Jᵀ) y = r + J d − J D⁻¹ s. The vector y is also the residual after the step. This
-    system squares the sizes of the rows, and light rows disappear behind heavy ones if those are
-    many orders of magnitude larger. The singular values of J D^(−1/2) avoid that.
+    (I + J D⁻¹ Jᵀ) y = r + J d − J D⁻¹ s. The vector y is also the residual after the step. Fewer
+    free variables than rows take the smaller system of :class:`DenseQuadratic`. Both systems
+    square the sizes of the rows, and light rows disappear behind heavy ones if those are many
+    orders of magnitude larger. The singular values of J D^(−1/2) avoid that.
     """
 
     jacobian: Array
@@ -107,9 +120,14 @@ class LowRankQuadratic(NamedTuple):
     linear: Array
     graded: bool = False
 
+    @property
+    def equations(self) -> int:
+        """The number of equations of a system that gives a minimiser, at most."""
+        return len(self.residual)
+
     def minimiser(self) -> Array:
         """The unconstrained minimiser, (n,)."""
-        return self._solve(1 / self.diagonal, self.residual, self.linear)[0]
+        return self._solve(self.residual, self.linear)[0]
 
     def slope(self, d: Array) -> Array:
         """The gradient at d, (n,). Entries that hold only rounding errors are 0."""
@@ -119,10 +137,14 @@ class LowRankQuadratic(NamedTuple):
 
     def newton(self, d: Array, free: BoolArray) -> tuple[Array, Array]:
         """The step from d to the minimiser over the free variables, and the slope after it."""
-        rest = self.linear + self.diagonal * d
-        step, rows = self._solve(free / self.diagonal, self.residual + self.jacobian.dot(d), rest)
+        at = free.nonzero()[0]
+        rows, rest = self.residual + self.jacobian.dot(d), self.linear + self.diagonal * d
+        of_free = self._replace(jacobian=self.jacobian.take(at, 1), diagonal=self.diagonal.take(at))
+        step = np.zeros(len(d))
+        step[at], rows = of_free._solve(rows, rest.take(at))
         after = self._gradient(rows, abs(rows), rest + self.diagonal * step)
-        return step, np.where(free, 0.0, after)
+        after[at] = 0.0
+        return step, after
 
     def value(self, d: Array) -> float:
         """The value at d."""
@@ -133,21 +155,28 @@ class LowRankQuadratic(NamedTuple):
         """The quadratic with the same second derivatives and this gradient, (n,), at d = 0."""
         return self._replace(residual=np.zeros_like(self.residual), linear=linear)
 
-    def _solve(self, inverse: Array, rows: Array, rest: Array) -> tuple[Array, Array]:
-        """The step, (n,), where the inverse diagonal is not 0, and the residual after it, (r,)."""
+    def _solve(self, rows: Array, rest: Array) -> tuple[Array, Array]:
+        """The step, (n,), from where J d + r and b + D d have these values; J d + r after it."""
         if self.graded:
-            root = np.sqrt(inverse)
-            u, sizes, v = np.linalg.svd(self.jacobian * root, full_matrices=False)
-            parts = (rows.dot(u) - sizes * v.dot(root * rest)) / (1 + sizes**2)
-            return -(inverse * rest + root * (sizes * parts).dot(v)), u.dot(parts)
-        spread = self.jacobian * inverse
+            root = 1 / np.sqrt(self.diagonal)
+            # With fewer variables than rows, u is square and holds the rows that no step changes.
+            u, sizes, v = np.linalg.svd(self.jacobian * root, len(rest) < len(rows))
+            after, moved = rows.dot(u), slice(len(sizes))
+            after[moved] -= sizes * v.dot(root * rest)
+            after[moved] /= 1 + sizes**2
+            return -root * (root * rest + (sizes * after[moved]).dot(v)), u.dot(after)
+        if len(rest) < len(rows):
+            matrix = self.jacobian.T.dot(self.jacobian)
+            matrix.ravel()[:: len(matrix) + 1] += self.diagonal
+            step = _solve(matrix, -(rows.dot(self.jacobian) + rest))
+            return step, rows + self.jacobian.dot(step)
         # BLAS forms half of the product of a matrix with its own transpose.
-        free = np.flatnonzero(inverse)
-        scaled = self.jacobian.take(free, 1) * np.sqrt(inverse.take(free))
+        root = 1 / np.sqrt(self.diagonal)
+        scaled = self.jacobian * root
         small = scaled.dot(scaled.T)
         small.ravel()[:: len(small) + 1] += 1.0
-        y = _solve(small, rows - spread.dot(rest))
-        return -(inverse * rest + y.dot(spread)), y
+        y = _solve(small, rows - scaled.dot(root * rest))
+        return -root * (root * rest + y.dot(scaled)), y
 
     def _gradient(self, rows: Array, size: Array, rest: Array) -> Array:
         """Jᵀ rows + rest, where the rows are sums of terms of this size."""
@@ -177,20 +206,25 @@ def _without_noise(slope: Array, terms: Any) -> Array:
     return kept
 
 
-def minimise_over_box(quadratic: Quadratic, low: Array, high: Array) -> tuple[Array, bool]:
+def minimise_over_box(
+    quadratic: Quadratic, low: Array, high: Array, start: Array | None = None
+) -> tuple[Array, bool]:
     """Minimise a quadratic over low ≤ d ≤ high, where low ≤ 0 ≤ high.
 
     Parameters
     ----------
     quadratic : Quadratic
     low, high : (n,) arrays
+    start : (n,) array, optional
+        A point of the box from which the search begins, with the variables at bounds fixed. The
+        minimiser of a similar quadratic saves most of the work. Default: 0.
 
     Returns
     -------
     (n,) array
         The minimiser.
     bool
-        Whether the box excludes the unconstrained minimiser.
+        False if this is known to be the unconstrained minimiser.
 
     Notes
     -----
@@ -200,11 +234,16 @@ def minimise_over_box(quadratic: Quadratic, low: Array, high: Array) -> tuple[Ar
     the quadratic. At the minimiser of the free variables, those that the slope does not hold are
     released.
     """
-    d = quadratic.minimiser()
-    if not np.count_nonzero((d < low) | (d > high)):
-        return d, False
-    d = np.zeros_like(d)
-    free, lowest = ~_held(d, quadratic.slope(d), low, high), math.inf
+    d, free, lowest = np.zeros(len(low)), None, math.inf
+    if start is not None:
+        d, free = start, (start > low) & (start < high)
+    elif quadratic.equations > MANY:
+        free = ~_held(d, quadratic.slope(d), low, high)
+    if free is None or np.count_nonzero(free) == len(free):
+        new = quadratic.minimiser()
+        if not np.count_nonzero((new < low) | (new > high)):
+            return new, False
+        free = ~_held(d, quadratic.slope(d), low, high)
     for _ in range(10 + 4 * len(d)):
         step, slope = quadratic.newton(d, free)
         new = d + step

@@ -376,8 +376,9 @@ class Text(Exports):
 
     def point_set(self, handles: Sequence[Handle] | None = None) -> PointSet:
         """Some of the text's points, or all its control points, ready for :meth:`positions`."""
-        points = self.word.outline
-        if handles is not None:
+        if handles is None:
+            points = self.word.outline
+        else:
             points = self.word.at_handles([self.carry(handle) for handle in handles])
         return (
             RotatedPoints.of(points, self.rotations) if np.count_nonzero(self.rotations) else points
