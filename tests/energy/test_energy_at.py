@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
+import varc_fonts
+import variation_tables
 
 import vfwidget as vf
 from vfwidget.energy.energy import Energy
@@ -92,5 +97,122 @@ def test_goals_are_still_checked(text: vf.Text) -> None:
     bad = vf.Target(target.handle, (np.nan, 0.0), weight=2.0)
     with pytest.raises(vf.SolveError, match="two finite numbers"):
         energy_of(text, [bad, pin, calm])
+    heavy = vf.Target(target.handle, target.position, weight=np.array([1.0, 2.0]))
+    with pytest.raises(vf.SolveError, match="weight"):
+        energy_of(text, [heavy, pin, calm])
+    nowhere = vf.Target(np.zeros(2), target.position, weight=2.0)
+    with pytest.raises(vf.SolveError, match="not a handle"):
+        energy_of(text, [nowhere, pin, calm])
+    with pytest.raises(vf.SolveError, match="list of terms"):
+        energy_of(text, [1, 2, 3])
     with pytest.raises(vf.SolveError, match="list of terms"):
         energy_of(text, [])
+
+
+def assert_equal_solutions(found: vf.Solution, expected: vf.Solution) -> None:
+    assert (found.status, found.message) == (expected.status, expected.message)
+    assert (found.cost, found.iterations) == (expected.cost, expected.iterations)
+    assert found.misses == expected.misses
+    assert set(found.place) == set(expected.place)
+    for name, value in found.place.items():
+        assert np.array_equal(value, expected.place[name])
+    assert np.array_equal(found.active, expected.active)
+    for mine, other in zip(found.history, expected.history, strict=True):
+        assert np.array_equal(mine.x, other.x) and mine.cost == other.cost
+
+
+def moved_and_swapped() -> bytes:
+    """An axis moves another one, and glyphs change."""
+    return variation_tables.avar_2_with_conditions()
+
+
+TEXTS: dict[str, Callable[[], vf.Text]] = {
+    "shared": lambda: vf.Text("recursive", "hk", {"wght": 500}, tracking=9),
+    "per letter": lambda: vf.Text("recursive", "hk", {"wght": 500}, shared=False),
+    "moved": lambda: vf.Text("recursive", "hk", offsets=[(3, -40), (12, 0)]),
+    "rotated": lambda: vf.Text("recursive", "hk", {"wght": 500}, rotations=[0.2, -0.1]),
+    "other glyphs": lambda: vf.Text(
+        "recursive", "hk", {"CRSV": 0.5, "slnt": -7, "wght": 400}, shared=False
+    ),
+    "components": lambda: vf.Text(vf.load_font(varc_fonts.varc()), "ac"),
+    "moved axes": lambda: vf.Text(vf.load_font(moved_and_swapped()), "aa", shared=False),
+}
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_a_drag_is_that_of_new_texts(name: str) -> None:
+    text = TEXTS[name]()
+    for shift in (10, -25, 40):
+        solutions = []
+        for own in (text, TEXTS[name]()):
+            handle = own.handle(1, 0, 1, 0.5)
+            x, y = own.position(handle).tolist()
+            goal = vf.Target(handle, (x + shift, y))
+            solutions.append(vf.solve(own, [goal, vf.StayClose(0.5)], restarts=1))
+        assert_equal_solutions(*solutions)
+
+
+def test_the_limit_of_a_solve_may_be_lowered(
+    text: vf.Text, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    energy_of(text, terms(text, 10))
+    monkeypatch.setattr(vf.limits, "step_products", 1)
+    with pytest.raises(vf.SolveError, match="too large"):
+        energy_of(text, terms(text, 20))
+
+
+def test_locks_of_every_kind(text: vf.Text) -> None:
+    for locks in (
+        ["CASL", "wght"],
+        ("wght",),
+        {"slnt"},
+        {"slnt": 1},
+        np.array(["CASL"]),
+        ("CASL",),
+    ):
+        for shift in (10, 20):
+            found = energy_of(text, terms(text, shift), locks=locks)
+            assert_same(found, Energy(text, terms(text, shift), locks=locks))
+    locks = ["CASL"]
+    energy_of(text, terms(text, 10), locks=locks)
+    locks.append("wght")
+    for other in (locks, ["CASL"]):
+        found = energy_of(text, terms(text, 10), locks=other)
+        assert_same(found, Energy(text, terms(text, 10), locks=other))
+
+
+def test_a_goal_is_a_copy_of_an_array(text: vf.Text) -> None:
+    handle, goals = text.handle(1, 0, 2, 0.3), np.full((3, 2), 70.0)
+    start = text.theta.numpy().copy()
+    found = vf.solve(text, [vf.Target(handle, goals[1]), vf.StayClose(1.0, start)])
+    goals[:], start[:] = 0, 0
+    result, calm = found.terms
+    assert result.term.position.tolist() == [70, 70]
+    assert np.array_equal(calm.term.theta, text.theta)
+    # The text keeps the energy, but not an array of which a goal is a part.
+    left = weakref.ref(goals)
+    del goals
+    gc.collect()
+    assert left() is None
+
+
+class Named(vf.Term):
+    """A user's term may have any attribute."""
+
+    affine = True
+
+    def __init__(self, handle: vf.Handle, height: float, form: str) -> None:
+        self.handles, self.height, self.form = (handle,), height, form
+
+    def residual(self, points: Any, theta: Any) -> Any:
+        return points[:, 1] - self.height
+
+    def derivative(self, points: Any, theta: Any) -> vf.Derivative:
+        return vf.Derivative(points=np.array([[[0.0, 1.0]]]))
+
+
+def test_a_term_of_a_user_has_any_attributes(text: vf.Text) -> None:
+    handle = text.handle(1, 0, 2, 0.3)
+    for height in (50.0, 90.0):
+        named = [Named(handle, height, "round")]
+        assert_same(energy_of(text, named), Energy(text, named))

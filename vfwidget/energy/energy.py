@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import AxisError, SolveError
-from ..solver.problem import Proximity, check_size
-from ..text import Text
+from ..solver.problem import Proximity, check_size, is_number
+from ..text import Handle, Text
 from ..text.place import AXES, OFFSETS, TRACKING, Block, Unknowns
 from .affine import AffineTerm, compiled
 from .checked import blocks_of, bound, located, miss_of, no_terms, proximity_of
+from .handle_terms import Pin, Target
 from .rows import PointRows, wrong_rows
 from .term import Term, TermResult
+from .word_terms import StayClose
 
 
 class Energy:
@@ -51,7 +53,8 @@ class Energy:
     moves : bool
         Whether a term has to be located again between the steps of the solver.
     has_form : bool
-        Whether all terms tell their form, so that :meth:`at` can keep what is compiled.
+        Whether :meth:`at` can keep what is compiled: all rows are compiled, and the form of every
+        term is known.
 
     Raises
     ------
@@ -76,13 +79,11 @@ class Energy:
         self.terms = [bound(term, text) for term in terms]
         blocks, added = _all_blocks(text, self.terms)
         self._stand_at(text, Unknowns(blocks, free, added))
-        # Most terms have at least one residual, and each takes memory from here on.
-        tied = followers * len(text.font.axes) if AXES in self.unknowns.slices else 0
-        check_size(len(terms), len(self.lower) - tied)
         self._rows = [located(term, text) for term in self.terms]
         self.moves = any(term.moving for term in self.terms)
-        self.has_form = all(term.form() is not None for term in self.terms)
         self._compile()
+        self._forms = [_form(term) for term in self.terms]
+        self.has_form = not self._others and None not in self._forms
 
     def at(self, text: Text, terms: Sequence[Term]) -> Energy:
         """An energy with the same free blocks and locks, at another place of the text.
@@ -90,31 +91,41 @@ class Energy:
         If the terms differ from those of this energy only in their goals, as in a drag, what is
         compiled is kept.
         """
-        same = len(terms) == len(self.terms) and text.word is self.text.word
-        same = same and text.rotations is self.text.rotations
-        if not same or not all(map(_same_form, terms, self.terms)):
+        if not self._keeps(text, terms):
             return Energy(text, terms, *self._options)
         other = object.__new__(Energy)
         other.__dict__.update(self.__dict__)
         other.terms = [bound(term, text) for term in terms]
         other._stand_at(text, self.unknowns.at(text.blocks))
         other._rows = [
-            PointRows(term, rows.points, rows.automatic) if isinstance(rows, PointRows) else rows
+            PointRows(term, rows.points, rows.automatic) if isinstance(rows, PointRows) else None
             for term, rows in zip(other.terms, self._rows, strict=True)
         ]
         other._set_constant()
         return other
 
+    def _keeps(self, text: Text, terms: Sequence[Term]) -> bool:
+        """Whether what is compiled is that of these terms at this text."""
+        return (
+            self.has_form
+            and text.word is self.text.word
+            # Points of rotated letters are not affine.
+            and not np.count_nonzero(text.rotations)
+            and self._forms == [_form(term) for term in terms]
+        )
+
     def is_over(self, free: Collection[str], locks: Collection[str]) -> bool:
         """Whether the energy has these free blocks and locks, and no followers."""
-        # The caller may change a list later.
-        return type(free) is tuple and self._options == (free, locks, 0)
+        return self._options == (free, locks, 0)
 
     def _stand_at(self, text: Text, unknowns: Unknowns) -> None:
         """Take the bounds and the proximity from a text and its unknowns."""
         self.text, self.unknowns = text, unknowns
         self.lower, self.upper = unknowns.lower, unknowns.upper
-        locks = self._options[1]
+        _, locks, followers = self._options
+        # Most terms have at least one residual, and each takes memory from here on.
+        tied = followers * len(text.font.axes) if AXES in unknowns.slices else 0
+        check_size(len(self.terms), len(self.lower) - tied)
         if locks:
             self._lock(locks)
         self._collect_proximity()
@@ -308,12 +319,16 @@ class Energy:
         return found
 
 
-def _same_form(term: Term, other: Term) -> bool:
-    """Whether two terms differ in nothing but their goals."""
-    if type(term) is not type(other):
-        return False
-    form = term.form()
-    return form is not None and form == other.form()
+def _form(term: Term) -> Hashable | None:
+    """Everything that a term of a drag is, apart from its goal; None for other terms.
+
+    Terms of one form have the same points, derivative and weight. Only the constant parts of their
+    residuals and the references of their proximity differ.
+    """
+    # A class derived from one of these may depend on more. bind() refuses wrong values.
+    kind, handle = type(term), getattr(term, "handle", None)
+    known = kind in (Target, Pin, StayClose) and is_number(term.weight)
+    return (kind, handle, term.weight) if known and isinstance(handle, Handle | None) else None
 
 
 def _joined(parts: Sequence[Array]) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -50,16 +50,13 @@ class Target(Term):
     def bind(self, text: Text) -> Term:
         super().bind(text)
         try:
-            position = to_array(self.position)
+            # A copy does not change with the array that was given, nor keep a larger one alive.
+            position = to_array(self.position).copy()
         except (TypeError, ValueError):
             position = np.zeros(0)
         if position.shape != (2,) or not all(map(math.isfinite, position.tolist())):
             raise SolveError(f"A position is two finite numbers (x, y), not {self.position!r}.")
-        return self if position is self.position else replace(self, position=position)
-
-    def form(self) -> Hashable | None:
-        # A class derived elsewhere may depend on more.
-        return (self.handle, self.weight) if type(self).__module__ == __name__ else None
+        return replace(self, position=position)
 
     def residual(self, points: Array, theta: Array) -> Array:
         offset: Array = points[0] - self.position

@@ -15,7 +15,7 @@ a term whose points change (``moving``).
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
 
 from ..arrays import Array
@@ -109,16 +109,6 @@ class Term:
     def points(self, text: Text) -> PointSet:
         """The points that :meth:`residual` receives; by default those of ``handles``."""
         return text.point_set(self.handles)
-
-    def form(self) -> Hashable | None:
-        """Everything that the term is, apart from its goal; None if it does not tell.
-
-        Two terms of one class and form that are bound to texts with the same glyphs have the same
-        points, derivative and weight. Only the constant parts of their residuals and the
-        references of their :meth:`proximity` may differ. A drag, which only moves a goal, then
-        compiles its terms once.
-        """
-        return None
 
     def locate(self, text: Text) -> Rows | None:
         """The term's residual as a function of the place, with the points it has at ``text``.

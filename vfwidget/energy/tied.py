@@ -44,10 +44,14 @@ def energy_of(
             whole = Energy(text, terms, free, locks, followers)
             return TiedEnergy(whole, leaders) if AXES in whole.unknowns.slices else whole
     # A drag asks for the same energy at every event, with another goal.
-    word, latest = text.word, text.word.latest_energy
-    known = latest is not None and latest.is_over(free, locks)
-    energy: Energy = latest.at(text, terms) if known else Energy(text, terms, free, locks)
-    if energy.has_form:
+    # The caller may change a list later, and arrays are not equal as a whole.
+    word, lasting = text.word, type(free) is type(locks) is tuple
+    latest: Energy | None = word.latest_energy if lasting else None
+    if latest is not None and latest.is_over(free, locks):
+        energy = latest.at(text, terms)
+    else:
+        energy = Energy(text, terms, free, locks)
+    if lasting and energy.has_form:
         word.latest_energy = energy
     return energy
 

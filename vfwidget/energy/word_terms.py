@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -63,11 +63,8 @@ class StayClose(Term):
                 f"theta must be finite numbers of shape {text.coordinates.shape}; "
                 f"received {self.theta!r:.200}."
             )
-        return StayClose(self.weight, reference)
-
-    def form(self) -> Hashable | None:
-        # A class derived elsewhere may depend on more.
-        return self.weight if type(self) is StayClose else None
+        # A copy does not change with the array that was given, nor keep a larger one alive.
+        return StayClose(self.weight, reference.copy())
 
     def locate(self, text: Text) -> Rows | None:
         return None
