@@ -5,13 +5,15 @@ from __future__ import annotations
 import copy
 import pickle
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import fonts
 import numpy as np
 import pytest
 import torch
 
 import vfwidget as vf
+from vfwidget.energy.energy import Energy
 
 
 def word(shared: bool = True) -> tuple[vf.Text, vf.Handle, vf.Handle, vf.Handle]:
@@ -84,6 +86,35 @@ def test_the_curved_and_the_compiled_form_of_a_term_agree() -> None:
         vf.solve(text, [kind(a, 2.0, 2 * x - 30), vf.StayClose()]) for kind in (Scaled, Curved)
     )
     assert np.allclose(one.theta, other.theta, atol=1e-6)
+
+
+@pytest.mark.parametrize("shared", [True, False])
+@pytest.mark.parametrize(
+    ("font", "string"),
+    [
+        (lambda: "recursive", "AVATofo"),
+        (lambda: "roboto-flex", "LTAvo"),
+        # The advance of c is clamped at 0 in a part of the design space.
+        (fonts.phantom_points, "cacc"),
+    ],
+)
+def test_the_compiled_rows_of_many_letters_are_those_of_the_terms(
+    font: Any, string: str, shared: bool
+) -> None:
+    class Curved(vf.Target):
+        affine = False
+
+    text = vf.Text(font(), string, shared=shared)
+    handles = [text.handle(letter) for letter in (*range(len(string)), 2, 0)]
+    one, other = (
+        Energy(text, [kind(h, (30.0 * i, 7.0)) for i, h in enumerate(handles)])
+        for kind in (vf.Target, Curved)
+    )
+    chance = np.random.default_rng(0)
+    for _ in range(8):
+        x = chance.uniform(one.lower, one.upper)
+        np.testing.assert_allclose(one.residual(x), other.residual(x), atol=1e-8)
+        np.testing.assert_allclose(one.jacobian(x), other.jacobian(x), atol=1e-8)
 
 
 def test_a_goal_that_is_missed_is_never_called_met() -> None:

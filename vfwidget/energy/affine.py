@@ -75,9 +75,10 @@ def compiled(word: Word, terms: Sequence[AffineTerm]) -> AffineRows:
 class AffineRows:
     """Rows ``base + Σ gain · γ(θ_letter) + T Θ + U b``, without the terms' constants.
 
-    Only the pairs of axis vector and region that move a row are evaluated. The rows that belong to
-    one axis vector are a product of matrices: its gain (r, P), where P is the most regions that
-    any has, and its scalars with their derivatives, (P, n + 1).
+    Only the pairs of axis vector and region that move a row are evaluated. Many rows depend on an
+    axis vector in the same way: a letter pushes all letters after it equally far. The distinct
+    parts that belong to one axis vector are a product of matrices: its gain (s, P), where P is the
+    most regions that any has, and its scalars with their derivatives, (P, n + 1).
 
     Attributes
     ----------
@@ -110,8 +111,11 @@ class AffineRows:
         """The letters that have an axis vector."""
         return slice(None) if self._word.shared else slice(k, k + 1)
 
-    def _gain_by(self, k: int) -> tuple[IntArray, Array]:
-        """The regions of one axis vector that move a row, (p,), and their gain, (r, p)."""
+    def _gain_by(self, k: int) -> tuple[IntArray, Array, IntArray]:
+        """The regions of one axis vector that move a row, (p,), their gain, and whose it is.
+
+        Only distinct rows of the gain are kept, (s, p); each row has one of them, (r,).
+        """
         word, points = self._word, self._points
         letters = self._letters(k)
         gain = word.origins.gain(k)
@@ -124,27 +128,27 @@ class AffineRows:
         if self._pushed is not None:
             kept |= (self._pushed[:, letters] @ word.advance_deltas[letters] != 0).any(0)
         regions = np.flatnonzero(kept)
-        return regions, found[:, regions]
+        gain, which = found[:, regions], np.arange(len(found))
+        if word.parameters > 1:
+            gain, which = _distinct(gain)
+        return regions, gain, which
 
-    def _arrange(self, parts: list[tuple[IntArray, Array]]) -> None:
-        """Lay out the gain by axis vector, and say where its factors are found.
-
-        The parts of many letters are large, so the list is emptied on the way.
-        """
+    def _arrange(self, parts: Sequence[tuple[IntArray, Array, IntArray]]) -> None:
+        """Lay out the gain by axis vector, and say where its factors are found."""
         word, n = self._word, len(self._word.font.axes)
         # A column of zeros belongs to the region M, which does not exist.
         none = len(word.regions.support)
-        self._vectors = np.flatnonzero([len(regions) for regions, _ in parts])
-        width = max((len(regions) for regions, _ in parts), default=0)
-        self._regions = np.full((len(self._vectors), width), none)
-        self._gain = np.zeros((len(self._vectors), len(self._base), width))
-        i = len(self._vectors)
-        while parts:
-            regions, gain = parts.pop()
-            if len(regions):
-                i -= 1
-                self._regions[i, : len(regions)] = regions
-                self._gain[i, :, : len(regions)] = gain
+        self._vectors = np.flatnonzero([len(regions) for regions, _, _ in parts])
+        parts = [part for part in parts if len(part[0])]
+        width = max((len(regions) for regions, _, _ in parts), default=0)
+        height = max((len(gain) for _, gain, _ in parts), default=0)
+        self._regions = np.full((len(parts), width), none)
+        self._gain = np.zeros((len(parts), height, width))
+        self._at = np.zeros((len(self._base), len(parts)), dtype=np.intp)
+        for i, (regions, gain, which) in enumerate(parts):
+            self._regions[i, : len(regions)] = regions
+            self._gain[i, : len(gain), : len(regions)] = gain
+            self._at[:, i] = i * height + which
         place, within = np.nonzero(self._regions < none)
         letters, regions = self._vectors[place], self._regions[place, within]
         self._slots = slots = word.regions.of_letters(letters, regions)
@@ -165,11 +169,12 @@ class AffineRows:
         return latest[1]
 
     def _evaluate(self, theta: Array) -> tuple[Array, Array]:
-        rows, gain, parameters = self._base, self._gain, self._word.parameters
+        rows, gain, at = self._base, self._gain, self._at
+        parameters = self._word.parameters
         n = len(theta) // parameters
         gamma, slopes = self._slots.along(theta)
         if self._pushed is not None:
-            rows, gain = self._hold_advances(theta)
+            rows, gain, at = self._hold_advances(theta)
         factors = np.zeros((len(gain), gain.shape[2], n + 1))
         factors.put(self._scalars_at, gamma)
         factors.put(self._slopes_at, slopes.take(self._used))
@@ -178,31 +183,49 @@ class AffineRows:
             product = gain[0].dot(factors[0])
             rows, jacobian = rows + product[:, n], product[:, :n]
         else:
-            products = gain @ factors
-            rows = rows + np.add.reduce(products[..., n])
-            jacobian = np.zeros((len(rows), len(theta)))
-            by_letter = jacobian.reshape(len(rows), parameters, n)
-            by_letter[:, self._vectors] = products[..., :n].swapaxes(0, 1)
+            products = (gain @ factors).reshape(-1, n + 1)
+            rows = rows + np.add.reduce(products[:, n].take(at), 1)
+            jacobian = moved = products[:, :n].take(at, 0)
+            if len(gain) < parameters:
+                jacobian = np.zeros((len(rows), parameters, n))
+                jacobian[:, self._vectors] = moved
+            jacobian = jacobian.reshape(len(rows), len(theta))
         if self._straight is not None:
             rows = rows + self._straight.dot(theta)
             jacobian += self._straight
         return rows, jacobian
 
-    def _hold_advances(self, theta: Array) -> tuple[Array, Array]:
-        """Base and gain without the part of those advances that add up to less than zero."""
+    def _hold_advances(self, theta: Array) -> tuple[Array, Array, IntArray]:
+        """Base and gain without the part of those advances that add up to less than zero.
+
+        The last array holds the row of the gain of each row and axis vector.
+        """
         word, pushed = self._word, self._pushed
         assert pushed is not None
         gamma = word.regions.scalars(theta.reshape(word.parameters, -1))
         negative = word.unclipped_advances(gamma) < 0
         if not negative.any():
-            return self._base, self._gain
+            return self._base, self._gain, self._at
         pushed = pushed * negative
-        gain = self._gain.copy()
+        vectors, _, width = self._gain.shape
+        gain = self._gain.reshape(-1, width).take(self._at.T, 0)
         deltas = np.pad(word.advance_deltas, ((0, 0), (0, 1)))
         for i, k in enumerate(self._vectors.tolist()):
             letters = self._letters(k)
             gain[i] -= pushed[:, letters] @ deltas[letters, self._regions[i]]
-        return self._base - pushed @ word.advance_base, gain
+        at = np.arange(vectors * len(pushed)).reshape(vectors, -1).T
+        return self._base - pushed @ word.advance_base, gain, at
+
+
+def _distinct(rows: Array) -> tuple[Array, IntArray]:
+    """Zeros and the other distinct rows among rows (r, p); and which of them each row is, (r,)."""
+    seen: dict[bytes, int] = {}
+    which = np.zeros(len(rows), dtype=np.intp)
+    # Most rows are zero, those of the letters before this one.
+    moved = rows.any(1).nonzero()[0]
+    which[moved] = [seen.setdefault(row.tobytes(), len(seen) + 1) for row in rows[moved]]
+    first = np.unique(which[moved], return_index=True)[1]
+    return np.concatenate([np.zeros((1, rows.shape[1])), rows[moved[first]]]), which
 
 
 class _Sums:
