@@ -155,6 +155,13 @@ def take(values: Any, index: Any) -> Any:
     return values.index_select(-1, index)
 
 
+def rows_of(values: Any, index: IntArray) -> Any:
+    """``values[..., index, :]``, which is much quicker this way in numpy."""
+    if type(values) is np.ndarray:
+        return values.take(index, -2)
+    return values[..., index, :]
+
+
 def stacked(parts: Sequence[Any]) -> Any:
     """Values (…) side by side along a new first dimension; quicker than numpy's own stack."""
     if type(parts[0]) is np.ndarray:
@@ -186,6 +193,11 @@ def where_true(mask: Any) -> Any:
 
 def begins(values: Any) -> Any:
     """Where a run of equal values (q,) begins, a mask (q,)."""
+    if type(values) is np.ndarray:
+        mask = np.empty(len(values), dtype=bool)
+        mask[:1] = True
+        np.not_equal(values[1:], values[:-1], mask[1:])
+        return mask
     mask = values != namespace(values).concatenate([values[:1], values[:-1]])
     mask[:1] = True
     return mask

@@ -20,7 +20,7 @@ STRETCHES = np.array(
 def reached(part: float) -> tuple[np.ndarray, np.ndarray]:
     """The parameters found where the stretches have run through a part of their change, and it."""
     ends = np.zeros(4), np.ones(4)
-    about = climbs(STRETCHES, *ends)
+    about = climbs(STRETCHES, *ends, *(evaluate(STRETCHES, end) for end in ends))
     goal = about[2] + part * about[3]
     with np.errstate(all="ignore"):
         return reach(STRETCHES, about, goal), goal

@@ -59,9 +59,13 @@ def swept(curves: Any, cubic: Any, powers: Any) -> Any:
 
     ``cubic`` (N,) and ``powers`` (6, N) are of the parts of the boundary.
     """
+    return swept_by(curves, sum_at(cubic, powers, curves.shape[-1]))
+
+
+def swept_by(curves: Any, powers: Any) -> Any:
+    """As :func:`swept`, from the sum of the powers for each curve, (6, C)."""
     xp = namespace(curves)
-    moments = sum_at(cubic, powers, curves.shape[-1])
-    moments = moments / like(ORDERS[:, None], moments)
+    moments = powers / like(ORDERS[:, None], powers)
     # ∫ tʲ (−y′, x′) dt for j = 0 … 3, from ∫ tᵏ dt for k = 0 … 5.
     windows = stacked([moments[j : j + 3] for j in range(4)])
     along = xp.einsum("jkc,kdc->djc", windows, slopes(curves))

@@ -33,10 +33,10 @@ from ..arrays import (
     lexicographic,
     like,
     namespace,
-    stacked,
     sum_at,
     take,
     where_true,
+    zeros,
 )
 from .crossings import Climbers, climbers, crossings
 from .monotone import Arcs, join, monotone_arcs
@@ -44,6 +44,8 @@ from .near import check_pairs
 
 TILT = 0.0619
 """Angle in radians at which letters have no straight edges."""
+TURN = np.array([[math.cos(TILT), math.sin(TILT)], [-math.sin(TILT), math.cos(TILT)]])
+"""The rotation by this angle."""
 PER_STRIP = 64
 """Mean number of cubics in a strip."""
 PARTS = 16
@@ -135,15 +137,16 @@ def boundary(
             cubic = xp.concatenate([arcs.cubic, cubic])
             arcs = join(turned, sizes, cubic, xp.concatenate([arcs.start, t]))
             lines = climbers(turned, arcs)
-        column = between(integers((arcs.first[0] + arcs.last[0]) / 2), 0, strips - 1)
-        strip = column + strips * take(image, arcs.cubic)
+        strip = take(image, arcs.cubic)
+        if strips > 1:
+            column = between(integers((arcs.first[0] + arcs.last[0]) / 2), 0, strips - 1)
+            strip = column + strips * strip
         return _spans(lines, arcs, strip, _slabs(arcs, strip, images), inside, layer)
 
 
 def _turn(curves: Any, images: int) -> tuple[Any, int]:
     """The curves, turned and scaled so that strips are one wide, and the number of strips."""
-    turn = [[math.cos(TILT), math.sin(TILT)], [-math.sin(TILT), math.cos(TILT)]]
-    turned = like(np.array(turn), curves) @ curves
+    turned = like(TURN, curves) @ curves
     least, most = turned[0, 0].min(), turned[0, 0].max()
     strips = 1 + curves.shape[-1] // images // PER_STRIP
     width = float(most - least) or 1.0
@@ -165,11 +168,11 @@ def _slabs(arcs: Arcs, strip: Any, images: int) -> Slabs:
     height, strips = take(height, order), take(strips, order)
     new = height[1:] != height[:-1]
     new |= strips[1:] != strips[:-1]
-    rank = xp.zeros_like(order)
+    rank = zeros(2 * count, order)
     rank[order[1:]] = new.cumsum(0)
     distinct = xp.concatenate([count_up(1, order), where_true(new) + 1])
-    ends = stacked([rank[:count], rank[count:]])
-    low, high = xp.minimum(ends[0], ends[1]), xp.maximum(ends[0], ends[1])
+    first, last = rank[:count], rank[count:]
+    low, high = xp.minimum(first, last), xp.maximum(first, last)
     check_pairs(int((high - low).sum()) / PARTS, images)
     return Slabs(take(height, distinct), low, high, *expand(low, high - low))
 
@@ -189,23 +192,27 @@ def _spans(lines: Climbers, arcs: Arcs, strip: Any, cells: Slabs, inside: Any, l
     own, turned = take(member * turn, arc), take(turn, arc)
     after = own.cumsum(-1)
     before = after - own
-    shift = take(before, xp.searchsorted(slab, slab)) - take(
-        _base(arcs, cells, strip, member), slab
-    )
+    shift = take(before, xp.searchsorted(slab, slab))
+    base = _base(arcs, cells, strip, member)
+    if base is not None:
+        shift = shift - take(base, slab)
     before, after = before - shift, after - shift
-    weight = xp.zeros_like(middle)
+    weight = zeros(len(middle), middle)
     weight[order] = inside(after) * turned - inside(before) * turned
     return _merged(arcs, lines, cells, weight)
 
 
-def _base(arcs: Arcs, cells: Slabs, strip: Any, member: Any) -> Any:
-    """The winding numbers (G, L) at the left border of a strip, right above each level."""
+def _base(arcs: Arcs, cells: Slabs, strip: Any, member: Any) -> Any | None:
+    """The winding numbers (G, L) at the left border of a strip, right above each level.
+
+    None stands for zeros.
+    """
     xp = namespace(member)
     step = take(strip, arcs.follower) - strip
     moves = where_true(step)
     if not len(moves):
-        # There is one strip, and everything lies to the right of its left border.
-        return sum_at(moves, member[:, :0], len(cells.levels))
+        # Everything lies to the right of the left border of its strip.
+        return None
     rising = arcs.last[1] > arcs.first[1]
     starts, ends = xp.where(rising, cells.low, cells.high), xp.where(rising, cells.high, cells.low)
     # To the right an outline enters the follower's strip, to the left it leaves its own one.
@@ -218,25 +225,25 @@ def _merged(arcs: Arcs, lines: Climbers, cells: Slabs, weight: Any) -> Spans:
     """Neighbouring cells of equal weight (M,) as one span."""
     xp = namespace(weight)
     fresh = begins(cells.arc)
-    changed = fresh | begins(weight)
-    run, fresh = where_true(changed), take(fresh, where_true(changed))
-    arc, weight = take(cells.arc, run), take(weight, run)
-    rising = arcs.last[1] > arcs.first[1]
-    lower = take(xp.where(rising, arcs.start, arcs.end), arc)
-    upper = take(xp.where(rising, arcs.end, arcs.start), arc)
+    run = where_true(fresh | begins(weight))
+    fresh, arc, weight = take(fresh, run), take(cells.arc, run), take(weight, run)
+    start, rising = take(arcs.start, arc), take(arcs.last[1] > arcs.first[1], arc)
     inner = where_true(~fresh)
     if len(inner):
-        # Arcs that lie very close to each other change sides within an arc.
+        # Arcs that lie very close to each other change sides within an arc. Of two neighbours the
+        # later one along the arc starts there.
         level = take(cells.levels, take(cells.slab, take(run, inner)))
-        lower[inner] = lines.at(take(arc, inner), level)[0]
-        upper[inner - 1] = take(lower, inner)
-    # Arcs without height are in no slab. They bound nothing.
+        later = xp.where(take(rising, inner), inner, inner - 1)
+        start[later] = lines.at(take(arc, inner), level)[0]
+    turned = xp.where(rising, run, -run)
     flat = where_true(cells.low == cells.high)
-    turned = xp.where(take(rising, arc), run, -run)
-    order = lexicographic(xp.concatenate([arc, flat]), xp.concatenate([turned, flat]))
-    start = xp.concatenate([xp.minimum(lower, upper), take(arcs.start, flat)])
-    weight = xp.concatenate([weight, xp.zeros_like(take(arcs.start, flat))])
-    cubic = take(arcs.cubic, take(xp.concatenate([arc, flat]), order))
+    if len(flat):
+        # Arcs without height are in no slab. They bound nothing.
+        arc, turned = xp.concatenate([arc, flat]), xp.concatenate([turned, flat])
+        start = xp.concatenate([start, take(arcs.start, flat)])
+        weight = xp.concatenate([weight, zeros(len(flat), weight)])
+    order = lexicographic(arc, turned)
+    cubic = take(arcs.cubic, take(arc, order))
     start, weight = take(start, order), take(weight, order)
     opening = begins(cubic)
     kept = where_true(opening | begins(weight))

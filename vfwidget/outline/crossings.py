@@ -48,7 +48,7 @@ class Climbers(NamedTuple):
     ----------
     x, y : (4, N) arrays
         Coefficients.
-    about : (5, N) array
+    about : (7, N) array
         What :func:`~.monotone.reach` needs to find a height.
     """
 
@@ -65,7 +65,7 @@ class Climbers(NamedTuple):
 def climbers(curves: Any, arcs: Arcs) -> Climbers:
     """The arcs of cubics (4, 2, C) as functions of height."""
     x, y = take(curves[:, 0], arcs.cubic), take(curves[:, 1], arcs.cubic)
-    return Climbers(x, y, climbs(y, arcs.start, arcs.end))
+    return Climbers(x, y, climbs(y, arcs.start, arcs.end, arcs.first[1], arcs.last[1]))
 
 
 def crossings(lines: Climbers, arcs: Arcs, image: Any) -> tuple[Any, Any]:
@@ -91,10 +91,9 @@ def crossings(lines: Climbers, arcs: Arcs, image: Any) -> tuple[Any, Any]:
     resolution = RESOLUTION * max(float(abs(arcs.first).max()), 1e-300)
     height = bottom + like(HEIGHTS[:, None], bottom) * (top - bottom)
     gap = _gaps(lines, pairs, height)
-    apart = abs(gap) > resolution
-    # Pairs of which one arc stays on one side, as far as is known.
-    steady = abs(xp.where(apart, xp.sign(gap), 0.0).sum(0)) == apart.sum(0)
-    changing, near = where_true(~steady), where_true(steady & _may_dip(gap, resolution))
+    # Pairs of which one arc stays on one side, as far as is known, and the others.
+    changes_side = (gap > resolution).any(0) & (gap < -resolution).any(0)
+    changing, near = where_true(changes_side), where_true(~changes_side & _may_dip(gap, resolution))
     found = []
     if len(changing):
         some = take(pairs, changing)
@@ -106,7 +105,9 @@ def crossings(lines: Climbers, arcs: Arcs, image: Any) -> tuple[Any, Any]:
     found = [changes for changes in found if changes.pairs.shape[1]]
     if not found:
         return arcs.cubic[:0], arcs.start[:0]
-    changes = Changes(*(xp.concatenate(parts, -1) for parts in zip(*found, strict=True)))
+    changes = found[0]
+    if len(found) > 1:
+        changes = Changes(*(xp.concatenate(parts, -1) for parts in zip(*found, strict=True)))
     t = _meet(lines, changes, resolution)
     return take(arcs.cubic, changes.pairs.reshape(-1)), t.reshape(-1)
 
@@ -121,11 +122,15 @@ def _gaps(lines: Climbers, pairs: Any, height: Any) -> Any:
 
 
 class Changes(NamedTuple):
-    """Where two arcs change sides: the pair, two heights, and the gap at either, (2, Q) each."""
+    """Where two arcs change sides: the pair, two heights, and the gap at either, (2, Q) each.
+
+    ``part`` (Q,) is about the share of the way between the two heights at which they cross.
+    """
 
     pairs: Any
     height: Any
     gap: Any
+    part: Any
 
 
 def _changes(pairs: Any, height: Any, gap: Any, resolution: float) -> Changes:
@@ -138,7 +143,25 @@ def _changes(pairs: Any, height: Any, gap: Any, resolution: float) -> Changes:
     here = where_true((decided[last, every] * decided[1:] < 0).reshape(-1))
     pair = here % gap.shape[1]
     rows = stacked([last.reshape(-1)[here], here // gap.shape[1] + 1])
-    return Changes(take(pairs, pair), height[rows, pair], gap[rows, pair])
+    heights, gaps = height[rows, pair], gap[rows, pair]
+    beside = between(xp.where(rows[0] > 0, rows[0] - 1, rows[1] + 1), 0, len(gap) - 1)
+    part = _zero(heights, gaps, height[beside, pair], gap[beside, pair])
+    return Changes(take(pairs, pair), heights, gaps, part)
+
+
+def _zero(height: Any, gap: Any, third: Any, beside: Any) -> Any:
+    """Where between two heights (2, Q) a parabola is zero, as a share (Q,) of the way.
+
+    It runs through the gaps (2, Q) there, which differ in sign, and that at a third height (Q,).
+    A line takes its place where the third height is one of the two.
+    """
+    xp = namespace(gap)
+    u, rise = (third - height[0]) / (height[1] - height[0]), gap[1] - gap[0]
+    bend = (beside - gap[0] - rise * u) / (u * (u - 1))
+    slope = rise - bend
+    root = xp.sqrt(slope * slope - 4 * bend * gap[0])
+    part = 2 * gap[0] / (xp.sign(gap[0]) * root - slope)
+    return xp.where((part > 0) & (part < 1), part, -gap[0] / rise)
 
 
 def _may_dip(gap: Any, resolution: float) -> Any:
@@ -195,13 +218,13 @@ def _dips(lines: Climbers, pairs: Any, height: Any, gap: Any) -> tuple[Any, Any]
 
 def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
     """Parameters (2, Q) at which the pairs meet, each between its two heights."""
-    pairs, height, gap = changes
+    pairs, height, gap, part = changes
     xp = namespace(gap)
-    first = height[0] + (height[1] - height[0]) * gap[0] / (gap[0] - gap[1])
+    first = height[0] + (height[1] - height[0]) * part
     t = lines.at(pairs.reshape(-1), xp.concatenate([first, first]))[0].reshape(2, -1)
     # (4, 2, 2, Q): coefficients of x and y of the first and the second arc.
     both = [take(side, pairs.reshape(-1)).reshape(4, 2, -1) for side in (lines.x, lines.y)]
-    cubics = xp.moveaxis(stacked(both), 1, 0)
+    cubics = stacked(both).swapaxes(0, 1)
     middle = (height[0] + height[1]) / 2
     slack = (height[1] - height[0]) * (0.5 + 1e-9) + resolution
     for rounds in range(NEWTON + 1):
@@ -212,8 +235,9 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
             break
         along = evaluate_slope(cubics, t)
         # Each arc's step is measured by the direction of the other one.
-        vx, vy = along[0, [1, 0]], along[1, [1, 0]]
-        step = (away[0] * vy - away[1] * vx) / (vx[1] * vy[0] - vx[0] * vy[1])
+        across = away[0] * along[1] - away[1] * along[0]
+        turn = along[0, 0] * along[1, 1] - along[0, 1] * along[1, 0]
+        step = stacked([across[1], across[0]]) / turn
         t = t + xp.where(xp.isfinite(step), step, 0.0)
     rest = where_true(~met)
     if len(rest):
@@ -224,7 +248,7 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
 
 def _enclose(lines: Climbers, changes: Changes, resolution: float) -> Any:
     """As :func:`_meet`, by the rule of false position, with the weights of the Illinois variant."""
-    pairs, (low, high), (below, above) = changes
+    pairs, (low, high), (below, above), _ = changes
     xp = namespace(below)
     held = xp.zeros_like(below)
     for _ in range(ENCLOSURES):

@@ -24,6 +24,7 @@ from ..arrays import (
     stacked,
     take,
     where_true,
+    zeros,
 )
 
 POWER = np.array([[1.0, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1]])
@@ -104,7 +105,7 @@ def monotone_arcs(
     flat = turns.reshape(-1)
     inner = where_true(flat)
     cubics = [count_up(count, curves), inner % count]
-    starts = [xp.zeros_like(flat[:count]), take(flat, inner)]
+    starts = [zeros(count, flat), take(flat, inner)]
     if max(grid) >= 0:
         crossing, at = _grid_crossings(curves, turns, grid)
         cubics, starts = [*cubics, crossing], [*starts, at]
@@ -121,14 +122,14 @@ def join(curves: Any, sizes: Sequence[int], cubic: Any, start: Any) -> Arcs:
     order = (cubic + BEFORE_NEXT * start).argsort()
     cubic, start = take(cubic, order), take(start, order)
     # Cuts at one parameter, such as a turn on a grid line, are one.
-    distinct = start < 1 - SAME
-    distinct[1:] &= (start[1:] - start[:-1] > SAME) | (cubic[1:] != cubic[:-1])
+    distinct, fresh = start < 1 - SAME, begins(cubic)
+    distinct[1:] &= (start[1:] - start[:-1] > SAME) | fresh[1:]
     if not distinct.all():
         distinct = where_true(distinct)
-        cubic, start = take(cubic, distinct), take(start, distinct)
+        cubic, start, fresh = (take(values, distinct) for values in (cubic, start, fresh))
     first = evaluate(take(curves, cubic), start)
     end, follower = following(start), count_up(len(cubic), cubic) + 1
-    opening = where_true(begins(cubic))
+    opening = where_true(fresh)
     end[opening - 1] = 1.0
     begin = take(opening, _first_cubics(sizes, opening))
     follower[following(begin) - 1] = begin
@@ -150,7 +151,7 @@ def _turns(curves: Any) -> Any:
     c, b, a = curves[1], curves[2], 3 * curves[3]
     # Roots of a t² + 2 b t + c, in the form that survives a = 0.
     root = xp.sqrt(at_least_zero(b * b - a * c))
-    q = -(b + xp.where(b < 0, -root, root))
+    q = -(b + xp.copysign(root, b))
     t = stacked([q / a, c / q])
     t = xp.where((t > 0) & (t < 1), t, 0.0)
     return stacked([xp.minimum(t[0], t[1]), xp.maximum(t[0], t[1])])
@@ -162,9 +163,10 @@ def _grid_crossings(curves: Any, turns: Any, grid: tuple[int, int]) -> tuple[Any
     count = curves.shape[-1]
     zero = xp.zeros_like(turns[:1])
     knots = xp.concatenate([zero, turns, zero + 1])
-    about = climbs(curves[:, None], knots[:-1], knots[1:])
-    begin, way = about[2], about[3]
-    end = begin + way
+    values = evaluate(curves[:, None], knots)
+    begin, end = values[:-1], values[1:]
+    about = climbs(curves[:, None], knots[:-1], knots[1:], begin, end)
+    way = about[3]
     limit = like(np.array(grid, dtype=float)[:, None], curves)
     lowest = at_least_zero(xp.ceil(xp.minimum(begin, end)))
     crossed = xp.minimum(xp.floor(xp.maximum(begin, end)), limit) - lowest + 1
@@ -172,35 +174,36 @@ def _grid_crossings(curves: Any, turns: Any, grid: tuple[int, int]) -> tuple[Any
     # Of each monotone stretch, one crossing for each line between its two ends.
     stretch, line = expand(lowest.reshape(-1), crossed)
     polynomials = take(curves.reshape(4, -1), stretch % (2 * count))
-    return stretch % count, reach(polynomials, take(about.reshape(5, -1), stretch), line)
+    return stretch % count, reach(polynomials, take(about.reshape(7, -1), stretch), line)
 
 
-def climbs(polynomials: Any, low: Any, high: Any) -> Any:
-    """What :func:`reach` needs of monotone stretches low … high of polynomials, (5, …).
+def climbs(polynomials: Any, low: Any, high: Any, begin: Any, end: Any) -> Any:
+    """What :func:`reach` needs of monotone stretches low … high of polynomials, (7, …).
 
-    The first parameter, the length in t, the first value, the change of value, and the slope at
-    the beginning over the mean slope, 0 … 2: 1 for a line, 0 or 2 next to a turn.
+    The first and the last parameter, the first value, the change of value, and three numbers of
+    the parabola through both ends: its slope at the beginning over twice the mean slope, 0 … 1
+    (0.5 for a line, 0 or 1 next to a turn), the square of that, and the rest of twice that to 1.
+    The values at low and high are ``begin`` and ``end``.
     """
-    begin, way = evaluate(polynomials, low), evaluate(polynomials, high)
-    way = way - begin
-    length = high - low
-    bend = evaluate_slope(polynomials, low) - evaluate_slope(polynomials, high)
-    return stacked([low, length, begin, way, between(1 + bend * length / (2 * way), 0.0, 2.0)])
+    length, way = high - low, end - begin
+    # Half the difference of the slopes at both ends, over the length.
+    bend = 1.5 * polynomials[3] * (low + high) + polynomials[2]
+    lead = between(0.5 - length * length * bend / (2 * way), 0.0, 1.0)
+    return stacked([low, high, begin, way, lead, lead * lead, 1 - 2 * lead])
 
 
 def reach(polynomials: Any, about: Any, goal: Any) -> Any:
     """The parameters (N,) at which polynomials (4, N) reach a goal (N,) on monotone stretches.
 
-    ``about`` (5, N) is from :func:`climbs`. A goal outside a stretch gives the nearer end.
+    ``about`` (7, N) is from :func:`climbs`. A goal outside a stretch gives the nearer end.
     """
     xp = namespace(polynomials)
-    low, length, begin, way, lead = about
+    low, high, begin, way, lead, square, rest = about
     part = between((goal - begin) / way, 0.0, 1.0)
     # Exact for a parabola, such as a quadratic curve raised to a cubic. At a turn, where ``lead``
     # and ``part`` are zero, it is zero as well.
-    root = xp.sqrt(at_least_zero(lead * lead + 4 * (1 - lead) * part) + TINY)
-    part = 2 * part / (lead + root)
-    high, t = low + length, between(low + part * length, low, low + length)
+    part = part / (lead + xp.sqrt(at_least_zero(square + rest * part) + TINY))
+    t = xp.minimum(low + part * (high - low), high)
     constant = polynomials[0] - goal
     for rounds in range(ROUNDS + 1):
         value = ((polynomials[3] * t + polynomials[2]) * t + polynomials[1]) * t + constant

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..arrays import (
-    at_least_zero,
     between,
     count_up,
     expand,
@@ -54,13 +53,15 @@ def near_pairs(low: Any, high: Any, group: Any) -> tuple[Any, Any, Any]:
     xp = namespace(low)
     band, groups = None, int(group.max()) + 1 if len(group) else 1
     box, after, counts = _sweep(low[0], high[0], group)
-    if int(counts.sum()) > CROWDED * len(group):
+    candidates = int(counts.sum())
+    if candidates > CROWDED * len(group):
         bands, listed, band, first = _bands(low[1], high[1])
         key = take(group, listed) * bands + band
         order, after, counts = _sweep(take(low[0], listed), take(high[0], listed), key)
         box, band = take(listed, order), take(band, order)
+        candidates = int(counts.sum())
     found, total = [], 0
-    for block in _blocks(counts):
+    for block in _blocks(counts, candidates):
         at, other = expand(after[block], counts[block])
         one, other = take(box[block], at), take(box, other)
         bottom = xp.maximum(take(low[1], one), take(low[1], other))
@@ -105,7 +106,9 @@ def _sweep(left: Any, right: Any, key: Any) -> tuple[Any, Any, Any]:
     order = left.argsort()
     left, right = take(left, order), take(right, order)
     after = count_up(len(order), order) + 1
-    counts = integers(at_least_zero(namespace(left).searchsorted(left, right) - after))
+    xp = namespace(left)
+    # A box without width begins where it ends, and nothing follows within it.
+    counts = xp.maximum(xp.searchsorted(left, right), after) - after
     return order, after, counts
 
 
@@ -121,9 +124,9 @@ def _bands(low: Any, high: Any) -> tuple[int, Any, Any, Any]:
     return bands, *expand(first, last - first + 1), first
 
 
-def _blocks(counts: Any) -> Iterator[slice]:
-    """Slices with about :data:`BLOCK` candidates each."""
-    if counts.sum() <= BLOCK:
+def _blocks(counts: Any, total: int) -> Iterator[slice]:
+    """Slices with about :data:`BLOCK` of all candidates each."""
+    if total <= BLOCK:
         yield slice(0, len(counts))
         return
     ends = counts.cumsum(0)
