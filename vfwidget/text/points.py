@@ -17,11 +17,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, IntArray, like, namespace, rotation_matrices
+from ..arrays import Array, IntArray, like, namespace, rotation_matrices, rows_of
 from .origins import RIGHT
 from .place import AXES, OFFSETS, TRACKING
 
@@ -56,6 +57,10 @@ class PointSet(ABC):
         positions, jacobian = self._set_and_jacobian(theta)
         return positions + like(self._displacement(place), theta), jacobian
 
+    def jacobian(self, place: Values) -> Any:
+        """The second one of :meth:`positions_and_jacobian`."""
+        return self._set_and_jacobian(place[AXES])[1]
+
     @cached_property
     def by_block(self) -> dict[str, Array]:
         """The derivative (p, 2, size) by the blocks in which the points are linear."""
@@ -73,7 +78,7 @@ class PointSet(ABC):
 
     def _displacement(self, place: Values) -> Any:
         """What the offsets and the tracking add, (p, 2)."""
-        return place[OFFSETS][self.letter] + place[TRACKING][0] * self._by_tracking
+        return rows_of(place[OFFSETS], self.letter) + place[TRACKING][0] * self._by_tracking
 
     @abstractmethod
     def some(self, which: IntArray) -> PointSet:
@@ -114,18 +119,28 @@ class AffinePoints(PointSet):
         return self._lay_out(gamma, self.word.unclipped_advances(gamma))
 
     def _set_and_jacobian(self, theta: Any) -> tuple[Any, Any]:
-        xp, word = namespace(theta), self.word
+        word = self.word
         gamma, slopes = word.regions.scalars_and_jacobian(theta)
         advances = word.unclipped_advances(gamma)
-        position = self._lay_out(gamma, advances)
+        return self._lay_out(gamma, advances), self._turn(slopes, advances)
+
+    def jacobian(self, place: Values) -> Any:
+        """See :meth:`PointSet.jacobian`."""
+        gamma, slopes = self.word.regions.scalars_and_jacobian(place[AXES])
+        return self._turn(slopes, self.word.unclipped_advances(gamma))
+
+    def _turn(self, slopes: Any, advances: Any) -> Any:
+        """The derivative of the points (..., p, 2, 1 or l, n), from that of the scalars."""
+        word = self.word
         # An advance that is held at zero has no slope; one that is zero of itself has.
-        rows = like(word.advance_deltas, theta) * (advances >= 0)[..., None]
+        rows = like(word.advance_deltas, slopes) * (advances >= 0)[..., None]
         widths = rows[..., None, :] @ slopes
         turns = by_letter(widths[..., 0, :], word.shared)
         jacobian = word.origins.jacobian(slopes, turns)[..., self.origin, :, :, :]
-        own = like(self.deltas, theta) @ slopes[..., self.vector, :, :]
-        jacobian[..., xp.arange(len(self.letter)), :, self.vector, :] += xp.moveaxis(own, -3, 0)
-        return position, jacobian
+        own = self._moved(slopes)
+        for begin, end, k in self._runs:
+            jacobian[..., begin:end, :, k, :] += own[..., begin:end, :, :]
+        return jacobian
 
     @property
     def vector(self) -> IntArray:
@@ -134,9 +149,28 @@ class AffinePoints(PointSet):
 
     def _lay_out(self, gamma: Any, advances: Any) -> Any:
         """A point within its letter, at the letter's origin."""
-        moved = (like(self.deltas, gamma) @ gamma[..., self.vector, :, None])[..., 0]
+        moved = self._moved(gamma[..., None])[..., 0]
         origins = self.word.origins.value(gamma, advances.clip(0))
-        return like(self.base, gamma) + moved + origins[..., self.origin, :]
+        return like(self.base, gamma) + moved + rows_of(origins, self.origin)
+
+    def _moved(self, columns: Any) -> Any:
+        """The deltas times columns (..., 1 or l, M, q) of each axis vector: (..., p, 2, q)."""
+        deltas = like(self.deltas, columns)
+        *batch, _, m, q = columns.shape
+        # One product of matrices for a run is many times as quick as one for each point.
+        parts = [
+            deltas[begin:end].reshape(2 * (end - begin), m) @ columns[..., k, :, :]
+            for begin, end, k in self._runs
+        ]
+        moved = parts[0] if len(parts) == 1 else namespace(columns).concatenate(parts, -2)
+        return moved.reshape(*batch, len(deltas), 2, q)
+
+    @cached_property
+    def _runs(self) -> list[tuple[int, int, int]]:
+        """Where points that follow each other have the same axis vector: begin, end, vector."""
+        vector = self.vector
+        bounds = [0, *(np.flatnonzero(np.diff(vector)) + 1).tolist(), len(vector)]
+        return [(a, b, int(vector[a]) if a < b else 0) for a, b in pairwise(bounds)]
 
 
 def by_letter(slopes: Any, shared: bool) -> Any:
@@ -204,7 +238,7 @@ class BlendedPoints(PointSet):
     def _blend(self, control_points: Any, origins: Any) -> Any:
         weights = like(self.weights, control_points)
         own = (weights[..., None] * control_points[..., self.index, :]).sum(-2)
-        return own + origins[..., self.origin, :]
+        return own + rows_of(origins, self.origin)
 
 
 @dataclass(frozen=True)
