@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array, IntArray, at_least_zero, expand, sum_at
-from ..outline.area import areas, swept, weighted_powers
+from ..outline.area import areas, swept, swept_by, weighted_powers
 from ..outline.arrangement import Spans, boundary
 from ..outline.monotone import POWER, evaluate
 from .shape import CLOSED, Shape
@@ -59,6 +59,8 @@ class Common(NamedTuple):
     origin : (P, 2) array
     spans : Spans
         The boundary of the common areas.
+    parts : (N,) array
+        What each of the N spans adds to the area.
     """
 
     area: Array
@@ -68,6 +70,7 @@ class Common(NamedTuple):
     curves: Array
     origin: Array
     spans: Spans
+    parts: Array
 
     def gradient(self) -> Array:
         """The derivative of the area of a segment's pair by its control points, (C, 4, 2)."""
@@ -78,7 +81,7 @@ class Common(NamedTuple):
     def pieces(self) -> Pieces:
         """The common areas, divided where a level or an upright line does not meet them."""
         bound = self.spans.weight.nonzero()[0]
-        cubic, start, end, weight = (values[bound] for values in self.spans)
+        cubic, start, end, weight = (values.take(bound) for values in self.spans)
         curves = self.curves.take(cubic, 2)
         ends = evaluate(curves[:, None], np.array([start, end])[:, None])
         low, high = np.minimum(ends[0], ends[1]), np.maximum(ends[0], ends[1])
@@ -86,14 +89,12 @@ class Common(NamedTuple):
         count = piece.max(initial=-1) + 1
         pair = np.zeros(count, dtype=np.intp)
         pair[piece] = self.pair[cubic]
-        every = np.arange(len(cubic))
-        spans = Spans(every, start, end, weight)
         return Pieces(
             pair,
-            np.bincount(piece, areas(curves, spans), count).astype(np.float64),
+            np.bincount(piece, self.parts.take(bound), count).astype(np.float64),
             cubic,
             piece,
-            swept(curves, every, weighted_powers(start, end, weight)),
+            swept_by(curves, weighted_powers(start, end, weight)),
         )
 
     def spans_of(self, pair: int, layer: int) -> Spans:
@@ -163,9 +164,10 @@ def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
         spans = boundary(curves, sizes, pair, _in_both, layer)
     else:
         spans = Spans(pair, *[np.zeros(0)] * 3)
+    parts = areas(curves, spans)
     # Nothing but rounding is below zero.
-    area = at_least_zero(sum_at(pair[spans.cubic], areas(curves, spans), len(pairs)))
-    return Common(area, pair, layer, outlines.segment, curves, origin.T, spans)
+    area = at_least_zero(sum_at(pair.take(spans.cubic), parts, len(pairs)))
+    return Common(area, pair, layer, outlines.segment, curves, origin.T, spans, parts)
 
 
 def _clusters(group: IntArray, low: Array, high: Array) -> IntArray:
@@ -184,4 +186,4 @@ def _clusters(group: IntArray, low: Array, high: Array) -> IntArray:
 
 
 def _in_both(winding: Any) -> Any:
-    return (winding != 0).all(0)
+    return winding[0] * winding[1] != 0

@@ -7,6 +7,7 @@ an inequality for a depth, A / L, in font units. The energy is linearised as wel
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -84,8 +85,8 @@ class Walls(NamedTuple):
                 j = there[0]
                 shallower = self.depths[i] / before.depths[j]
                 if shallower < SHALLOWER:
-                    power = np.log(self.lengths[i] / before.lengths[j]) / np.log(shallower)
-                    bulges[i] = np.clip(power, 0.0, 1.0)
+                    power = math.log(self.lengths[i] / before.lengths[j]) / math.log(shallower)
+                    bulges[i] = min(max(power, 0.0), 1.0)
         return self._replace(bulges=bulges)
 
     def beyond(self, x: Array) -> Array:
@@ -149,7 +150,7 @@ class Model(NamedTuple):
         It is found by Newton's method, on a convex function that is quadratic as long as no
         inequality changes from met to broken. At first all of them are taken to be broken.
         """
-        root = np.sqrt(WALL)
+        root = math.sqrt(WALL)
         slopes = root * self.walls.slopes
         offsets = root * (self.walls.offsets + self.walls.margins)
         held = np.maximum(self.weights, LEAST_WEIGHT)
@@ -183,4 +184,4 @@ class Model(NamedTuple):
             broken = slopes @ x + offsets > 0
             if not gains and (broken == known).all():
                 break
-        return np.clip(x, self.lower, self.upper)
+        return between(x, self.lower, self.upper)

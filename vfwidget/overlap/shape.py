@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, to_array
+from ..arrays import Array, IntArray, to_array
 from ..errors import OverlapError
 from ..outline.area import areas
 from ..outline.arrangement import Spans, boundary
@@ -20,6 +21,8 @@ CLOSED = 1e-6
 """Largest distance between the end of a contour and its start, relative to its size."""
 LARGEST = 1e9
 """Coordinates beyond this, in font units, are refused: areas would lose all their digits."""
+KEPT = 256
+"""Texts whose indices of segments are kept, because they do not change while letters move."""
 LEAST_AREA = 1e-12
 """Areas below this, relative to the square of the largest coordinate, are rounding."""
 
@@ -76,21 +79,25 @@ def letters(text: Text, points: Array | None = None) -> list[Shape]:
     """
     if points is None:
         points = text.point_set().positions(text.place)
-    segments = points[text.word.contours.segments]
-    shapes, first = list[Shape](), 0
-    for glyph in text.glyphs:
-        last = first + sum(glyph.contours)
-        shapes.append(Shape(segments[first:last], glyph.contours))
-        first = last
+    segments = points.take(text.word.contours.segments, 0)
+    sizes = tuple(glyph.contours for glyph in text.glyphs)
+    bounds, starts = _bounds(sizes)
+    shapes = [Shape(segments[a:b], own) for (a, b), own in zip(bounds, sizes, strict=True)]
     # The boxes of all letters are found together.
     filled = [shape for shape in shapes if shape.sizes]
     if filled:
-        counts = np.array([3 * len(shape.segments) for shape in filled])
-        starts = counts.cumsum() - counts
         low, high = np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)
-        for shape, box in zip(filled, np.stack([low, high], 1), strict=True):
+        for shape, box in zip(filled, np.array([low, high]).swapaxes(0, 1), strict=True):
             shape.box = box
     return shapes
+
+
+@lru_cache(KEPT)
+def _bounds(sizes: tuple[Contours, ...]) -> tuple[list[tuple[int, int]], IntArray]:
+    """The first segment of each letter and of the next one, and the first points of letters."""
+    ends = np.cumsum([sum(contours) for contours in sizes]).tolist()
+    bounds = list(pairwise([0, *ends]))
+    return bounds, np.array([3 * a for a, b in bounds if a < b], dtype=np.intp)
 
 
 def read_obstacles(obstacles: Any) -> list[Shape]:

@@ -117,24 +117,25 @@ def shortened(pairs: list[tuple[Shape, Shape]]) -> tuple[Outlines, Array]:
     start = (near | begins(side) | of.opens).nonzero()[0]
     # The last one ends at index -1, which is the last segment.
     end = following(start) - 1
-    shape, contour, chord = of.shape[start], of.contour[start], ~near[start]
+    shape, contour, near = of.shape.take(start), of.contour.take(start), near.take(start)
     # A contour that is one chord bounds nothing.
-    alone = np.bincount(contour)[contour] == 1
-    kept = (matters[shape // 2] & ~(chord & alone)).nonzero()[0]
-    start, end, chord = start[kept], end[kept], chord[kept]
+    alone = np.bincount(contour).take(contour) == 1
+    kept = (matters.take(shape // 2) & (near | ~alone)).nonzero()[0]
+    start, end, near = start.take(kept), end.take(kept), near.take(kept)
     curves = points.take(start, 2)
     straight = curves[0] + THIRDS * (points[3].take(end, 1) - curves[0])
-    curves = np.where(chord, straight, curves)
-    return Outlines(curves, shape[kept], contour[kept], of.segment[start]), middle
+    curves = np.where(near, curves, straight)
+    found = Outlines(curves, shape.take(kept), contour.take(kept), of.segment.take(start))
+    return found, middle
 
 
 def _meeting(low: Array, high: Array, shape: IntArray, near: IntArray) -> IntArray:
     """The pairs in which boxes around segments ``near`` of both shapes overlap or touch."""
     if not len(near):
         return near
-    shape = shape[near]
+    shape = shape.take(near)
     (one, other), _, _ = near_pairs(
         low.take(near, 1) - CLOSED, high.take(near, 1) + CLOSED, shape // 2
     )
-    one, other = shape[one], shape[other]
+    one, other = shape.take(one), shape.take(other)
     return np.asarray(one[one != other] // 2)

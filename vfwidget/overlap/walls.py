@@ -171,7 +171,7 @@ class Room:
         place = {**places[0], AXES: np.stack([place[AXES] for place in places])}
         # Only few of the points are next to an overlap.
         touched = np.flatnonzero(gradients.any((0, 2)))
-        moves = self.points.some(touched).positions_and_jacobian(place)[1]
+        moves = self.points.some(touched).jacobian(place)
         size = 2 * len(touched)
         own = gradients[:, touched].reshape(len(pair), size)
         slopes = own @ moves.reshape(len(sides), size, places[0][AXES].size)
