@@ -100,6 +100,11 @@ class AffineRows:
         self._pushed: Array | None = None
         if pushed.any():
             self._pushed = self._sums.of(np.stack([pushed, np.zeros_like(pushed)], 1))
+            varied = np.where(word.can_vanish[:, None], word.advance_deltas, 0.0)
+            self._varied, regions = np.nonzero(varied)
+            self._advance_deltas = varied[self._varied, regions]
+            vectors = np.zeros_like(self._varied) if word.shared else self._varied
+            self._advance_slots = word.regions.of_letters(vectors, regions)
         self._arrange([self._gain_by(k) for k in range(word.parameters)])
         self._latest: tuple[bytes, tuple[Array, Array]] | None = None
 
@@ -202,8 +207,9 @@ class AffineRows:
         """
         word, pushed = self._word, self._pushed
         assert pushed is not None
-        gamma = word.regions.scalars(theta.reshape(word.parameters, -1))
-        negative = word.unclipped_advances(gamma) < 0
+        varied = self._advance_deltas * self._advance_slots.along(theta)[0]
+        advances = word.advance_base + np.bincount(self._varied, varied, len(word.advance_base))
+        negative = advances < 0
         if not negative.any():
             return self._base, self._gain, self._at
         pushed = pushed * negative

@@ -311,7 +311,11 @@ class Energy:
                 part = residual[others : others + next(sizes)]
                 others += len(part)
                 cost = float(part.dot(part))
-                miss = miss_of(term, rows.own_residual(self.unknowns.place(x)))
+                if isinstance(rows, PointRows):
+                    own = part / rows.root
+                else:
+                    own = rows.own_residual(self.unknowns.place(x))
+                miss = miss_of(term, own)
             if pull is not None:
                 away = x - pull.reference
                 cost += float(away.dot(pull.weights * away))
