@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
-from ..arrays import Array, BoolArray
+from ..arrays import Array, BoolArray, between
 
 MANY = 24
 """With more equations than this, it takes less time to look for a variable at its bound than to
@@ -228,11 +228,10 @@ def minimise_over_box(
 
     Notes
     -----
-    Projected Newton (Bertsekas 1982) on an active set. Variables that the slope holds at a bound
-    are fixed, and the others take the Newton step of their own system. If that leaves the box,
-    the variables that reach their bounds on the way are fixed as well, as many at once as lower
-    the quadratic. At the minimiser of the free variables, those that the slope does not hold are
-    released.
+    Projected Newton (Bertsekas 1982) on an active set. If the Newton step of the free variables
+    leaves the box, the variables that reach their bounds on the way are fixed, as many at once as
+    lower the quadratic, and the others take the Newton step of their own system. At the minimiser
+    of the free variables, those that the slope does not hold at their bounds are released.
     """
     d, free, lowest = np.zeros(len(low)), None, math.inf
     if start is not None:
@@ -241,13 +240,16 @@ def minimise_over_box(
         free = ~_held(d, quadratic.slope(d), low, high)
     if free is None or np.count_nonzero(free) == len(free):
         new = quadratic.minimiser()
-        if not np.count_nonzero((new < low) | (new > high)):
+        leaves = (new < low) | (new > high)
+        if not np.count_nonzero(leaves):
             return new, False
-        free = ~_held(d, quadratic.slope(d), low, high)
+        d, reached = _toward(quadratic, d, new - d, leaves, low, high)
+        free = ~reached
     for _ in range(10 + 4 * len(d)):
         step, slope = quadratic.newton(d, free)
         new = d + step
-        if not np.count_nonzero((new < low) | (new > high)):
+        leaves = (new < low) | (new > high)
+        if not np.count_nonzero(leaves):
             value = quadratic.value(new)
             if value >= lowest:
                 # Releasing variables did not help: their slopes were only rounding errors.
@@ -258,7 +260,7 @@ def minimise_over_box(
                 break
             free |= released
             continue
-        d, reached = _toward(quadratic, d, step, low, high)
+        d, reached = _toward(quadratic, d, step, leaves, low, high)
         free &= ~reached
     return d, True
 
@@ -270,26 +272,26 @@ def _held(d: Array, slope: Array, low: Array, high: Array) -> BoolArray:
 
 
 def _toward(
-    quadratic: Quadratic, d: Array, step: Array, low: Array, high: Array
+    quadratic: Quadratic, d: Array, step: Array, leaves: BoolArray, low: Array, high: Array
 ) -> tuple[Array, BoolArray]:
     """Where a step that leaves the box ends, and which variables reach their bound on the way.
 
-    Variables stay at the bounds that they reach. The step is taken as a whole if that lowers the
-    quadratic. Otherwise it ends where half as many variables have reached their bounds, and so on;
-    as far as the first bound it surely lowers the quadratic.
+    Those of the variables that leave the box stay at the bounds that they reach. The step is taken
+    as a whole if that lowers the quadratic. Otherwise it ends where half as many variables have
+    reached their bounds, and so on; as far as the first bound it surely lowers the quadratic.
     """
-    bound = np.where(step > 0, high, low)
-    shares = np.full(len(d), np.inf)
-    np.divide(bound - d, step, out=shares, where=step != 0)
+    value, clipped = quadratic.value(d), between(d + step, low, high)
+    if quadratic.value(clipped) < value:
+        return clipped, leaves
+    at = leaves.nonzero()[0]
     # Rounding may put a bound that the step passes just beyond its end.
-    leaves = (d + step < low) | (d + step > high)
-    shares[leaves] = np.minimum(shares[leaves], 1.0)
-    passed = np.sort(shares[leaves])
-    value, count, share = quadratic.value(d), len(passed), 1.0
+    shares = np.minimum((clipped - d)[at] / step[at], 1.0)
+    passed, count = np.sort(shares), len(at)
     while True:
-        reached = shares <= share
-        new = np.where(reached, bound, d + share * step)
-        if count == 0 or quadratic.value(new) < value:
-            return new, reached
         count //= 2
         share = passed[max(count, 1) - 1]
+        reached = np.zeros_like(leaves)
+        reached[at] = shares <= share
+        new = np.where(reached, clipped, d + share * step)
+        if count == 0 or quadratic.value(new) < value:
+            return new, reached
