@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.ndimage
 
 import vfwidget as vf
 from vfwidget.matching.images import basis
@@ -112,3 +113,15 @@ def test_blur_keeps_the_ink_and_has_the_variance_asked_for(variance):
     assert (one * x).sum() == pytest.approx(31)
     assert (one * (x - 31) ** 2).sum() == pytest.approx(variance, rel=2e-3)
     assert (one * (y - 30) ** 2).sum() == pytest.approx(variance, rel=2e-3)
+
+
+@pytest.mark.parametrize("variance", [0.05, 60.0])
+def test_a_large_picture_is_blurred_as_by_scipy(variance):
+    noise = np.random.default_rng(0).normal(size=(2, 150, 300))
+    point = np.zeros((1, 1, 201))
+    point[0, 0, 100] = 1
+    kernel = _blur(point, variance)[0, 0]
+    kernel /= kernel.sum()
+    expected = scipy.ndimage.convolve1d(noise, kernel, 2, mode="constant")
+    expected = scipy.ndimage.convolve1d(expected, kernel, 1, mode="constant")
+    assert _blur(noise, variance) == pytest.approx(expected, abs=1e-12)

@@ -32,6 +32,8 @@ BESIDE = 1e-7
 """Two states this close share a picture: the solver evaluates slopes 1e-8 away from a kink."""
 BATCH = 2**15
 """Curves of the candidates that are drawn together: more take more memory and no less time."""
+BAND = 128
+"""Pixels of a side that are blurred together."""
 LEAST_BLUR = 1e-6
 """A variance, in pixels², that is not worth a convolution."""
 
@@ -237,16 +239,37 @@ def _blur(images: Array, variance: float) -> Array:
     """Images (a, H, W) blurred by the discrete Gaussian; outside them is nothing."""
     if variance < LEAST_BLUR:
         return images
-    import torch
-
     reach = math.ceil(4 * math.sqrt(variance)) + 2
     around = 2 * np.pi * np.arange(reach + 1) / (2 * reach + 1)
-    kernel = np.fft.irfft(np.exp(variance * (np.cos(around) - 1)), 2 * reach + 1)
-    weights = torch.from_numpy(np.fft.fftshift(kernel))
-    stack = torch.from_numpy(images)[:, None]
-    stack = torch.nn.functional.conv2d(stack, weights[None, None, :, None], padding=(reach, 0))
-    stack = torch.nn.functional.conv2d(stack, weights[None, None, None, :], padding=(0, reach))
-    return stack[:, 0].numpy()
+    kernel = np.fft.fftshift(np.fft.irfft(np.exp(variance * (np.cos(around) - 1)), 2 * reach + 1))
+    across, blurred = np.empty_like(images), np.empty_like(images)
+    for here, near, band in _bands(images.shape[2], kernel):
+        np.matmul(images[..., near], band, out=across[..., here])
+    for here, near, band in _bands(images.shape[1], kernel):
+        np.matmul(band.T, across[:, near], out=blurred[:, here])
+    return blurred
+
+
+def _bands(size: int, kernel: Array) -> Iterator[tuple[slice, slice, Array]]:
+    """A convolution along a side as products of matrices, for a part of the side at a time.
+
+    Functions for convolutions take many times as long for a wide kernel, and much memory.
+
+    Yields
+    ------
+    here, near : slice
+        The part, and the pixels that contribute to it.
+    band : array
+        Shares of the latter, in rows, in each pixel of the former.
+    """
+    reach = len(kernel) // 2
+    for start in range(0, size, BAND):
+        end = min(start + BAND, size)
+        first, last = max(0, start - reach), min(size, end + reach)
+        distance = np.arange(first, last)[:, None] - np.arange(start, end)
+        shares = kernel.take(distance + reach, mode="clip")
+        band = np.where(abs(distance) <= reach, shares, 0.0)
+        yield slice(start, end), slice(first, last), band
 
 
 def _laplacian(image: Array) -> Array:
