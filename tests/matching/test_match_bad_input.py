@@ -67,13 +67,20 @@ def test_a_text_brings_its_font_and_how_axes_are_shared():
     assert found.axes[0]["wght"] == pytest.approx(600, abs=1)
 
 
-def test_a_match_that_is_too_large_is_refused_at_once(monkeypatch):
+@pytest.mark.parametrize(
+    ("options", "unknowns"),
+    # Eight axes; then placement, blur, and seven numbers for the brightness of paper and ink.
+    [({}, 8 + 4 + 1 + 7), ({"background": "even", "fit": ["x", "background"]}, 8 + 1 + 2)],
+)
+def test_a_match_that_is_too_large_is_refused_at_once(monkeypatch, options, unknowns):
     text = vf.Text("dynapuff", "ab\nba", shared=False)
     image = 1 - vf.rasterize(text, (40, 40)).numpy()
+    monkeypatch.setattr(vf.limits, "step_products", 1600 * unknowns**2)
+    vf.match(image, text, progress=False, max_iterations=0, **options)
     monkeypatch.setattr(Search, "_starts", lambda search: pytest.fail("A stage has begun."))
-    monkeypatch.setattr(vf.limits, "step_products", 40 * 40 * 8 * 8 - 1)
-    with pytest.raises(vf.SolveError, match=r"1,600 residuals and 8 .*limit is 102,399.*limits"):
-        vf.match(image, text, progress=False)
+    monkeypatch.setattr(vf.limits, "step_products", 1600 * unknowns**2 - 1)
+    with pytest.raises(vf.SolveError, match=rf"1,600 residuals and {unknowns} unknowns"):
+        vf.match(image, text, progress=False, **options)
 
 
 def test_candidates_of_a_long_text_are_drawn_a_few_at_a_time(monkeypatch):

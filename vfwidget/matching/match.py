@@ -131,8 +131,8 @@ class Search:
     def outcome(self) -> Outcome:
         """What the fit comes to."""
         if self.settings.options.optimizer == "gauss-newton":
-            # Checked before any stage, because the stages take time. Most unknowns are axes.
-            check_size(self._view(self.settings.resolution)[1].size, self.text.coordinates.size)
+            # Checked before any stage, because the stages take time.
+            check_size(self._view(self.settings.resolution)[1].size, self._count_unknowns())
         self.progress("sweep")
         starts = self._starts()
         path = starts[:1]
@@ -152,6 +152,12 @@ class Search:
             iterations=found.iterations,
             converged=found.converged,
         )
+
+    def _count_unknowns(self) -> int:
+        """The number of unknowns of a fit: axes, placement, blur, and the brightness of both."""
+        fitted = set(self.settings.options.fitted)
+        brightness = self.settings.terms + 1 if "background" in fitted else 0
+        return self.text.coordinates.size + len(fitted - {"background"}) + brightness
 
     def _score(self, state: State) -> float:
         """What share of the ink a state explains, seen from afar."""
