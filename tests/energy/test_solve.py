@@ -377,6 +377,86 @@ def test_one_letter_of_several_crosses_a_boundary() -> None:
     assert "at wght of letter 2 = 650: crossed" in found.report()
 
 
+def test_a_side_that_cost_more_is_tried_again_after_another_letter_has_crossed() -> None:
+    """The first letter follows the second one at a distance, and would be too far beyond alone."""
+    text = exchanged("aa", shared=False)
+    handles = [text.handle(i) for i in (0, 1)]
+    (first, _), (second, y) = (text.position(handle).tolist() for handle in handles)
+    follows = vf.Residual(lambda p: (p[1:, 0] - second) - (p[:1, 0] - first) + 10, handles)
+    found = vf.solve(text, [vf.Target(handles[1], (second + 240, y)), follows], restarts=0)
+    assert [glyph.name for glyph in found.text.glyphs] == ["bowl", "bowl"]
+    assert found.status == "converged"
+    assert [(met.letter, met.crossed) for met in found.boundaries] == [(1, True), (0, True)]
+
+
+def test_a_side_with_too_few_iterations_is_not_said_to_cost_more() -> None:
+    text = exchanged()
+    handle = text.handle()
+    start = float(text.position(handle)[0])
+
+    def function(p: torch.Tensor) -> torch.Tensor:
+        """20 units are missed below the boundary. Beyond, the way to zero takes many steps."""
+        moved = p[:, 0] - start
+        return torch.where(moved < 120, 120 - moved, 40 * ((moved - 250) / 50) ** 3)
+
+    term = vf.Residual(function, [handle])
+    found = vf.solve(text, term, restarts=0, max_iterations=2)
+    assert found.status == "iteration_limit" and not found.boundaries
+    assert vf.solve(text, term, restarts=0).status == "converged"
+
+
+@pytest.mark.parametrize("beyond", ["not a number", "an error"])
+def test_a_term_without_a_value_beyond_a_boundary_stays_before_it(beyond: str) -> None:
+    text = exchanged()
+    handle = text.handle()
+    start = float(text.position(handle)[0])
+
+    class Bounded(vf.Term):
+        handles = (handle,)
+
+        def residual(self, points: torch.Tensor, theta: torch.Tensor) -> torch.Tensor:
+            moved = points[:, 0] - start
+            if moved > 120 and beyond == "an error":
+                moved = moved[3:4] + points[5]
+            return torch.sqrt(120 - moved)
+
+    found = vf.solve(text, Bounded(), restarts=0)
+    assert found.text.glyphs[0].name == "a" and found.status == "unreachable"
+    assert found.misses[0] == pytest.approx(20**0.5, abs=0.01)
+
+
+@pytest.mark.parametrize("ties", [[(0, 1)], [(1, 0)], [(2, 0), (1, 3)]])
+def test_tied_letters_cross_a_boundary_together(ties: list[tuple[int, ...]]) -> None:
+    text = exchanged("aaaa", shared=False)
+    handle = text.handle(1)
+    x, y = text.position(handle).tolist()
+    found = vf.solve(text, [vf.Target(handle, (x + 240, y)), vf.StayClose()], ties=ties)
+    (group,) = (set(group) for group in ties if 1 in group)
+    names = [glyph.name for glyph in found.text.glyphs]
+    assert names == ["bowl" if i in group else "a" for i in range(4)]
+    assert found.status == "converged" and len(found.boundaries) == 1
+
+
+@pytest.mark.parametrize("weights", [(0.2, 0.8), (0.8, 0.2)])
+@pytest.mark.parametrize("locks", [(), ("wdth",)])
+def test_tied_letters_may_start_on_two_sides_of_a_boundary(
+    weights: tuple[float, float], locks: tuple[str, ...]
+) -> None:
+    text = exchanged("aa", shared=False).at(theta=[(w, w - 0.5) for w in weights])
+    handle, other = text.handle(0), text.handle(1)
+    x, y = text.position(handle).tolist()
+    terms = [vf.Target(handle, (x + 5, y)), vf.StayClose()]
+    found = vf.solve(text, terms, ties=[(0, 1)], locks=locks, restarts=0)
+    assert found.status == "converged" and found.theta[0, 0] > weights[0]
+    assert np.array_equal(found.theta[0], found.theta[1])
+    if locks:
+        assert found.theta[0, 1] == text.theta[0, 1]
+    # A pin holds its point where it was in the text, and not where its group starts.
+    pinned = vf.solve(text, vf.Pin(other), ties=[(0, 1)], restarts=0)
+    goal = pinned.terms[0].term.position
+    assert np.array_equal(goal, text.position(other))
+
+
 def test_every_letter_of_many_crosses_its_boundary_after_few_descents(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

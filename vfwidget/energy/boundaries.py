@@ -7,7 +7,7 @@ better of both results is kept.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import NamedTuple, TypeAlias
@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from ..arrays import Array, BoolArray
-from ..errors import GlyphError
+from ..errors import GlyphError, SolveError
 from ..font.settings import F2DOT14
 from ..solver.status import ITERATION_LIMIT, OUT_OF_TIME, Outcome
 from ..text import Text
@@ -97,7 +97,8 @@ def cross(energy: Energy, found: Descent, descend: Descend) -> Crossing:
     """Go on from where a descent ended beyond the boundaries that it met, where that costs less.
 
     Of the boundaries that one letter has met, the one whose other side costs least is crossed. A
-    side that costs more is tried again only after the same letter has crossed another one.
+    side that costs more is tried again after the same letter has crossed another boundary, and at
+    the end if another letter has.
 
     Parameters
     ----------
@@ -114,7 +115,8 @@ def cross(energy: Energy, found: Descent, descend: Descend) -> Crossing:
     if len(energy.text.composition.settings.rows) == 1 or found.at_bounds is None:
         return Crossing(energy, found, met)
     letters = len(energy.text.coordinates)
-    refused: dict[Entry, Boundary] = {}
+    refused: dict[Entry, _Refused] = {}
+    former = set[Entry]()
     for _ in range(MOST_BOXES * letters):
         sides = list(_sides(energy, found))
         better, ended = list[_Side](), False
@@ -125,11 +127,18 @@ def cross(energy: Energy, found: Descent, descend: Descend) -> Crossing:
             better = [side for side in tried if side.found.state.cost < found.state.cost]
             if better or ended:
                 break
-            refused |= {side.entry: side.boundary for side in tried}
+            refused |= {side.entry: _Refused(side.boundary, side.found.cut) for side in tried}
+            former.difference_update(side.entry for side in tried)
+        if not (better or ended) and former.intersection(entry for entry, _ in sides):
+            refused = {entry: side for entry, side in refused.items() if entry not in former}
+            former = set()
+            continue
         if not better:
             stays = [refused[entry] for entry, _ in sides if entry in refused]
-            met += [boundary for boundary in stays if boundary.before]
-            return Crossing(energy, found, met, OUT_OF_TIME if ended else None)
+            met += [side.boundary for side in stays if side.boundary.before and not side.cut]
+            cuts = [side.cut for side in stays if side.cut is not None]
+            cut = OUT_OF_TIME if ended else next(iter(cuts), None)
+            return Crossing(energy, found, met, cut)
         best = min(better, key=lambda side: side.found.state.cost)
         energy, found = best.energy, best.found.after(found)
         if best.boundary.before:
@@ -138,7 +147,12 @@ def cross(energy: Energy, found: Descent, descend: Descend) -> Crossing:
             break
         letter = best.entry[0]
         refused = {entry: side for entry, side in refused.items() if entry[0] != letter}
+        former = set(refused)
     return Crossing(energy, found, met, MANY_BOUNDARIES)
+
+
+_Step: TypeAlias = tuple[Entry, float]
+"""An entry of Θ that a side of the box holds, and the step that leads just beyond it."""
 
 
 class _Side(NamedTuple):
@@ -150,10 +164,17 @@ class _Side(NamedTuple):
     boundary: Boundary
 
 
+class _Refused(NamedTuple):
+    """A side whose descent ended at a higher cost, and why that descent ended early, if it did."""
+
+    boundary: Boundary
+    cut: Outcome | None
+
+
 def _tried(
     energy: Energy,
     found: Descent,
-    sides: Sequence[tuple[Entry, float]],
+    sides: Sequence[_Step],
     descend: Descend,
 ) -> tuple[list[_Side], bool]:
     """Descend from the end of a descent beyond each of these sides.
@@ -167,13 +188,13 @@ def _tried(
     here = energy.unknowns.place(found.state.x)
     tried: list[_Side] = []
     for entry, step in sides:
-        other = _beyond(energy.text, here, entry, step)
+        other = _beyond(energy, found, entry, step)
         try:
             there = energy.at(other, energy.terms)
-        except GlyphError:
-            # A glyph on the other side has no such point.
+            end = descend(there, there.unknowns.flat({**here, **other.place}))
+        except (GlyphError, SolveError):
+            # A glyph on the other side has no such point, or a term has no value there.
             continue
-        end = descend(there, there.unknowns.flat({**here, **other.place}))
         if end is None:
             return tried, True
         tried.append(_Side(entry, there, end, _boundary(energy.text, other, entry)))
@@ -182,7 +203,7 @@ def _tried(
     return tried, False
 
 
-def _sides(energy: Energy, found: Descent) -> Iterator[tuple[Entry, float]]:
+def _sides(energy: Energy, found: Descent) -> Iterator[_Step]:
     """The sides of the box that hold the end of a descent, except for the ends of axes.
 
     Yields
@@ -199,18 +220,23 @@ def _sides(energy: Energy, found: Descent) -> Iterator[tuple[Entry, float]]:
     if not np.count_nonzero(at_side):
         return
     steps = held_axes(energy, found) / F2DOT14
-    for letter, axis in np.argwhere(at_side & (steps != 0)).tolist():
+    # Letters that are tied together have one unknown for each axis, and so one side.
+    unknown = energy.by_letter(np.arange(len(energy.lower)))
+    held = np.argwhere(at_side & (steps != 0))
+    _, first = np.unique(unknown[tuple(held.T)], return_index=True)
+    for letter, axis in held[np.sort(first)].tolist():
         yield (letter, axis), float(steps[letter, axis])
 
 
-def _beyond(text: Text, place: Mapping[str, Array], entry: Entry, step: float) -> Text:
-    """The text at a place after a step of one entry of Θ.
+def _beyond(energy: Energy, found: Descent, entry: Entry, step: float) -> Text:
+    """The text at the end of a descent after a step of the unknown of one entry of Θ.
 
     With many letters it takes long to make, so it is made only for a side that is tried.
     """
-    theta = place[AXES].copy()
-    theta[entry] += step
-    return text.moved_to({**{name: place[name] for name in text.place}, AXES: theta})
+    x = found.state.x.copy()
+    x[energy.by_letter(np.arange(len(x)))[entry]] += step
+    place = energy.unknowns.place(x)
+    return energy.text.moved_to({name: place[name] for name in energy.text.place})
 
 
 def at_ends(text: Text, theta: Array) -> BoolArray:

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array, BoolArray
 from ..solver.drivers import History, active_bounds, minimise
 from ..solver.problem import Problem, State, Tolerances
+from ..solver.status import ITERATION_LIMIT, TIME_LIMIT, Outcome
 from ..text.place import AXES
 from .energy import Energy
 from .term import TermResult
@@ -46,6 +47,13 @@ class Descent(NamedTuple):
     def iterations(self) -> int:
         """Accepted steps in all."""
         return self.earlier + self.state.iterations
+
+    @property
+    def cut(self) -> Outcome | None:
+        """Why it ended although it could go on; None if it did not."""
+        outcome = self.state.outcome
+        limited = outcome is not None and outcome.status in (ITERATION_LIMIT, TIME_LIMIT)
+        return outcome if limited else None
 
     def after(self, former: Descent) -> Descent:
         """The descent as the continuation of another one."""

@@ -9,10 +9,12 @@ the descent goes on from the best of them.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from ..arrays import Array
+from ..solver.status import ITERATION_LIMIT, OUT_OF_TIME, Outcome
 from ..text.place import AXES
 from .descent import Descent
 from .energy import Energy
@@ -22,6 +24,7 @@ REACHES = 0.3 * 10.0 ** -np.arange(0, 4, 0.5)
 ON_PLANE = 1e-6
 """Final coordinates this near to a kink count as lying on it."""
 MOST_STEPS = 32
+MANY_STEPS = Outcome(ITERATION_LIMIT, "The cost still falls along planes of kinks.")
 LEAST_GAIN = 1e-6
 """A step counts if it lowers the cost by a larger share than this."""
 
@@ -33,14 +36,14 @@ def along_planes(
     if not energy.text.font.moves_axes or AXES not in energy.unknowns.slices:
         return found
     for _ in range(MOST_STEPS):
-        if not found.missed:
-            break
+        if not found.missed or found.state.outcome is OUT_OF_TIME:
+            return found
         tried = [(_cost(energy, found, x), x) for x in _steps(energy, found.state.x)]
         cost, x = min(tried, key=lambda one: one[0], default=(np.inf, found.state.x))
         if not cost < found.state.cost * (1 - LEAST_GAIN):
-            break
+            return found
         found = descend(energy, x).after(found)
-    return found
+    return found._replace(state=replace(found.state, outcome=MANY_STEPS))
 
 
 def _cost(energy: Energy, found: Descent, x: Array) -> float:

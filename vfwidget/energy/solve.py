@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -116,39 +116,59 @@ def solve(
     energy = energy_of(text, terms, free, locks, ties)
     tolerances = _tolerances(step_tolerance, energy.terms)
 
-    def run(energy: Energy, x: Array) -> Descent:
-        return descend(energy, x, tolerances, max_iterations)
-
-    def run_until(energy: Energy, x: Array) -> Descent:
-        return descend(energy, x, tolerances, max_iterations, deadline=until)
+    def run(energy: Energy, x: Array, deadline: float = until) -> Descent:
+        down = partial(
+            descend, tolerances=tolerances, max_iterations=max_iterations, deadline=deadline
+        )
+        return along_planes(energy, down(energy, x), down)
 
     def run_beyond(energy: Energy, x: Array) -> Descent | None:
-        return None if time.perf_counter() > until else run_until(energy, x)
+        return None if time.perf_counter() > until else run(energy, x)
 
-    best = along_planes(energy, run(energy, energy.unknowns.start), run)
-    energy, best, boundaries, cut = cross(energy, best, run_beyond)
+    first = run(energy, energy.unknowns.start, math.inf)
+    energy, first, boundaries, cut = cross(energy, first, run_beyond)
+    best, elsewhere = _restarted(energy, first, restarts, run, until)
+    others = [] if elsewhere is None else [(elsewhere.shortfall, _moved(energy, elsewhere))]
+    if best is not first:
+        # The result of a restart may have met other boundaries.
+        energy, best, met, also = cross(energy, best, run_beyond)
+        boundaries = [*(one for one in boundaries if one.crossed), *met]
+        cut = also or cut
+    other = next((text for shortfall, text in others if shortfall <= best.shortfall - 1), None)
+    return solution_of(energy, best, other, start=text, boundaries=boundaries, cut=cut)
+
+
+def _restarted(
+    energy: Energy,
+    best: Descent,
+    count: int,
+    run: Callable[[Energy, Array], Descent],
+    until: float,
+) -> tuple[Descent, Descent | None]:
+    """The best descent of those from other places, and a better one that is too far away."""
     elsewhere = None
-    if restarts > 0 and best.missed:
-        # From far away stiff terms make narrow, curved valleys, so they are added near the end.
-        soft = energy.at(energy.text, [_softened(term) for term in energy.terms])
-        for x in _other_places(energy, restarts):
-            if time.perf_counter() > until:
-                break
-            if not np.isfinite(soft.renew(x) if soft.moves else soft.residual(x)).all():
-                # A term has no value there, which says nothing about the first result.
-                continue
-            near = run_until(soft, x)
-            if near.state.cost >= best.state.cost:
-                # Stiff terms only add to the cost.
-                continue
-            other = run_until(energy, near.state.x)
-            if other.state.cost >= best.state.cost or other.shortfall > best.shortfall - 1:
-                continue
-            if other.meets_more_than(best) or not _is_far(energy, best, other):
-                best, elsewhere = other, None
-            elif elsewhere is None or other.state.cost < elsewhere.state.cost:
-                elsewhere = other
-    return solution_of(energy, best, elsewhere, start=text, boundaries=boundaries, cut=cut)
+    if count == 0 or not best.missed:
+        return best, elsewhere
+    # From far away stiff terms make narrow, curved valleys, so they are added near the end.
+    soft = energy.at(energy.text, [_softened(term) for term in energy.terms])
+    for x in _other_places(energy, count):
+        if time.perf_counter() > until:
+            break
+        if not np.isfinite(soft.renew(x) if soft.moves else soft.residual(x)).all():
+            # A term has no value there, which says nothing about the first result.
+            continue
+        near = run(soft, x)
+        if near.state.cost >= best.state.cost:
+            # Stiff terms only add to the cost.
+            continue
+        other = run(energy, near.state.x)
+        if other.state.cost >= best.state.cost or other.shortfall > best.shortfall - 1:
+            continue
+        if other.meets_more_than(best) or not _is_far(energy, best, other):
+            best, elsewhere = other, None
+        elif elsewhere is None or other.state.cost < elsewhere.state.cost:
+            elsewhere = other
+    return best, elsewhere
 
 
 def _end_of(seconds: float | None) -> float:
@@ -206,7 +226,7 @@ def _is_far(energy: Energy, here: Descent, there: Descent) -> bool:
 def solution_of(
     energy: Energy,
     best: Descent,
-    elsewhere: Descent | None = None,
+    elsewhere: Text | None = None,
     *,
     start: Text | None = None,
     boundaries: Sequence[Boundary] = (),
@@ -228,7 +248,7 @@ def solution_of(
         if cut is not None and (missed or all(result.miss is None for result in best.results)):
             status, message = cut
     return Solution(
-        text=text.moved_to(place),
+        text=_moved(energy, best),
         start=start or text,
         place=Place(place),
         cost=sum(result.cost for result in best.results),
@@ -238,9 +258,14 @@ def solution_of(
         terms=best.results,
         _active=active,
         _history=partial(_iterates, unknowns, best),
-        elsewhere=None if elsewhere is None else text.moved_to(unknowns.place(elsewhere.state.x)),
+        elsewhere=elsewhere,
         boundaries=list(boundaries),
     )
+
+
+def _moved(energy: Energy, found: Descent) -> Text:
+    """The text at the end of a descent."""
+    return energy.text.moved_to(energy.unknowns.place(found.state.x))
 
 
 def _iterates(unknowns: Unknowns, best: Descent) -> list[Iterate]:

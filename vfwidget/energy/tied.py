@@ -16,6 +16,7 @@ from ..errors import SolveError
 from ..solver.problem import Proximity, is_count
 from ..text import Text
 from ..text.place import AXES, Unknowns
+from .checked import bound
 from .energy import Energy
 from .term import Term, TermResult
 
@@ -41,7 +42,10 @@ def energy_of(
         leaders = _leaders(ties, len(text.glyphs))
         followers = int(np.count_nonzero(leaders != np.arange(len(leaders))))
         if followers and not text.shared:
-            whole = Energy(text, terms, free, locks, followers)
+            # The terms hold on to what they find at the text, also where a group starts elsewhere.
+            terms = [bound(term, text) for term in terms]
+            grouped = text.moved(text.coordinates[leaders])
+            whole = Energy(grouped, terms, free, locks, followers)
             return TiedEnergy(whole, leaders) if AXES in whole.unknowns.slices else whole
     # A drag asks for the same energy at every event, with another goal.
     # The caller may change a list later, and arrays are not equal as a whole.

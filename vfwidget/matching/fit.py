@@ -14,7 +14,7 @@ from ..energy.energy import Energy
 from ..errors import ImageError
 from ..solver.loss import LOSSES, signed_root
 from ..solver.problem import Tolerances
-from ..solver.status import CONVERGED, ITERATION_LIMIT
+from ..solver.status import CONVERGED, ITERATION_LIMIT, Outcome
 from .looks import Looks, View
 from .scene import State
 
@@ -28,6 +28,7 @@ LEAST_NOISE = 0.5 / 255
 TRIAL_STEPS = 3
 """First steps of a fit with other glyphs. It goes on only if they have lowered its cost by more
 than the amount by which the cost still exceeds the best one."""
+UNPROMISING = Outcome(CONVERGED, "The first steps of a fit with other glyphs have gained little.")
 MOST_BEYOND = 5
 """All fits with other glyphs together take at most this many times ``max_iterations`` steps."""
 NUDGE = 1e-6
@@ -180,6 +181,8 @@ class _Beyond:
         found = self._take(energy, start, min(TRIAL_STEPS, self._most))
         gained = found.history[0][1] - found.state.cost
         promising = found.state.cost - self._least < gained
+        if not promising:
+            found = found._replace(state=replace(found.state, outcome=UNPROMISING))
         if promising and self._most > TRIAL_STEPS and self._is_cut(found) and not self.used_up:
             rest = self._take(energy, found.state.x, self._most - TRIAL_STEPS)
             # It starts where the trial has ended.
