@@ -69,6 +69,15 @@ def test_linear_problems_with_bounds_as_scipy_has_them(seed: int) -> None:
     assert ours.cost == pytest.approx(2 * theirs.cost, rel=1e-6, abs=1e-9)
 
 
+def test_a_bound_is_met_exactly_although_the_distance_to_it_is_rounded() -> None:
+    rng = np.random.default_rng(0)
+    for start, bound in zip(rng.uniform(-1, 0.2, 200), rng.uniform(0.2, 1, 200), strict=True):
+        for side in (1, -1):
+            bounds = sorted([-side, side * bound])
+            found = vf.least_squares(lambda x, far=2 * side: x - far, [side * start], bounds=bounds)
+            assert found.x == [side * bound] and found.active == [side]
+
+
 def test_a_start_on_a_kink_with_one_flat_side_goes_down_the_other() -> None:
     def residual(x):
         return np.array([np.minimum(x[0], 0) + 0.5])

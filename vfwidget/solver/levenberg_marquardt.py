@@ -250,8 +250,10 @@ def _try(
         d = yield from _bend(state, quadratic, proposal)
     x = state.x + d
     if bounded:
-        # The step meets a bound exactly, so that the next iterate is found to lie on it.
-        x = np.where(d >= high, state.x + high, np.where(d <= low, state.x + low, x))
+        # The step meets a bound exactly, so that the next iterate is found to lie on it. The sum
+        # of x and the distance to the bound may be the number next to it.
+        for met, end, bound in (d <= low, low, problem.lower), (d >= high, high, problem.upper):
+            x = np.where(met, np.where(end == bound - state.x, bound, state.x + end), x)
     x = np.minimum(np.maximum(x, problem.lower), problem.upper)
     residual = yield Request(Kind.RESIDUAL, x)
     cost = problem.cost(residual, x)
