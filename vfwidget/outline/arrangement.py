@@ -187,7 +187,7 @@ def _spans(lines: Climbers, arcs: Arcs, strip: Any, cells: Slabs, inside: Any, l
         member = member * (layers == take(layer, arcs.cubic))
 
     middle = (take(cells.levels, cells.slab) + take(cells.levels, cells.slab + 1)) / 2
-    order = lexicographic(cells.slab, lines.at(cells.arc, middle)[1])
+    order = lexicographic(cells.slab, lines.across(cells.arc, middle))
     slab, arc = take(cells.slab, order), take(cells.arc, order)
     own, turned = take(member * turn, arc), take(turn, arc)
     after = own.cumsum(-1)
@@ -234,7 +234,7 @@ def _merged(arcs: Arcs, lines: Climbers, cells: Slabs, weight: Any) -> Spans:
         # later one along the arc starts there.
         level = take(cells.levels, take(cells.slab, take(run, inner)))
         later = xp.where(take(rising, inner), inner, inner - 1)
-        start[later] = lines.at(take(arc, inner), level)[0]
+        start[later] = lines.at(take(arc, inner), level)
     turned = xp.where(rising, run, -run)
     flat = where_true(cells.low == cells.high)
     if len(flat):

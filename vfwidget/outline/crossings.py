@@ -56,10 +56,13 @@ class Climbers(NamedTuple):
     y: Any
     about: Any
 
-    def at(self, which: Any, height: Any) -> tuple[Any, Any]:
-        """The parameter and x (M,) at which arcs (M,) have a height."""
-        t = reach(take(self.y, which), take(self.about, which), height)
-        return t, evaluate(take(self.x, which), t)
+    def at(self, which: Any, height: Any) -> Any:
+        """The parameters (M,) at which arcs (M,) have a height."""
+        return reach(take(self.y, which), take(self.about, which), height)
+
+    def across(self, which: Any, height: Any) -> Any:
+        """The x (M,) at which arcs (M,) have a height."""
+        return evaluate(take(self.x, which), self.at(which, height))
 
 
 def climbers(curves: Any, arcs: Arcs) -> Climbers:
@@ -116,7 +119,7 @@ def _gaps(lines: Climbers, pairs: Any, height: Any) -> Any:
     """How far right of the first arc of each pair (2, P) the second one is at heights (H, P)."""
     xp = namespace(height)
     which = xp.concatenate([pairs[:, None]] * len(height), 1).reshape(-1)
-    x = lines.at(which, xp.concatenate([height.reshape(-1)] * 2))[1]
+    x = lines.across(which, xp.concatenate([height.reshape(-1)] * 2))
     half = len(x) // 2
     return (x[half:] - x[:half]).reshape(height.shape)
 
@@ -221,7 +224,7 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
     pairs, height, gap, part = changes
     xp = namespace(gap)
     first = height[0] + (height[1] - height[0]) * part
-    t = lines.at(pairs.reshape(-1), xp.concatenate([first, first]))[0].reshape(2, -1)
+    t = lines.at(pairs.reshape(-1), xp.concatenate([first, first])).reshape(2, -1)
     # (4, 2, 2, Q): coefficients of x and y of the first and the second arc.
     both = [take(side, pairs.reshape(-1)).reshape(4, 2, -1) for side in (lines.x, lines.y)]
     cubics = stacked(both).swapaxes(0, 1)
@@ -262,4 +265,4 @@ def _enclose(lines: Climbers, changes: Changes, resolution: float) -> Any:
         upper, held = side > 0, side
         low, high = xp.where(upper, low, middle), xp.where(upper, middle, high)
         below, above = xp.where(upper, below * half, gap), xp.where(upper, gap, above * half)
-    return lines.at(pairs.reshape(-1), xp.concatenate([middle, middle]))[0].reshape(2, -1)
+    return lines.at(pairs.reshape(-1), xp.concatenate([middle, middle])).reshape(2, -1)

@@ -25,7 +25,7 @@ from .swept import Contact, first_contact
 BULGE = 0.5
 """The bulge of a lens of two curves, which is taken for every overlap until it is measured."""
 KEPT = 8
-"""States whose control points are kept, because they are needed again."""
+"""States whose control points and overlaps are kept, because they are needed again."""
 PLANES = -1
 """Stands for a pair in the inequalities of planes."""
 
@@ -70,6 +70,7 @@ class Room:
         self.proximity = energy.proximity
         self.points = self.text.point_set()
         self._positions: Memo[Array] = Memo(KEPT)
+        self._looks: Memo[Look] = Memo(KEPT)
         counts = [sum(glyph.contours) for glyph in self.text.glyphs]
         self.starts = np.cumsum([0, *counts[:-1]])
 
@@ -105,6 +106,9 @@ class Room:
 
     def look(self, x: Array) -> Look:
         """What overlaps at a state."""
+        return self._looks.get(x.tobytes(), lambda: self._look(x))
+
+    def _look(self, x: Array) -> Look:
         keep, others = self.keep, list(self.keep.shapes)
         points = self.positions(x)
         found = keep.found(points)
