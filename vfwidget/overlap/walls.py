@@ -172,7 +172,7 @@ class Room:
         """The inequalities of everything that overlaps, with derivatives at each of ``sides``."""
         pair, depths, lengths, bulges, gradients = self.contacts(look)
         places = [self.energy.unknowns.place(x) for x in sides]
-        place = {**places[0], AXES: np.stack([place[AXES] for place in places])}
+        place = {**places[0], AXES: np.array([place[AXES] for place in places])}
         # Only few of the points are next to an overlap.
         touched = np.flatnonzero(gradients.any((0, 2)))
         moves = self.points.some(touched).jacobian(place)

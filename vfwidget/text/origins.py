@@ -177,8 +177,8 @@ class Origins:
         xp = namespace(slopes)
         *batch, l, parameters, n = advance_slopes.shape
         pens = like(self.pushed, slopes) @ advance_slopes.reshape(*batch, l, parameters * n)
-        pens = pens.reshape(*batch, len(self.pushed), parameters, n)
-        jacobian = xp.stack([pens, xp.zeros_like(pens)], -3)
+        jacobian = like(np.zeros((*batch, len(self.pushed), 2, parameters, n)), slopes)
+        jacobian[..., 0, :, :] = pens.reshape(*batch, len(self.pushed), parameters, n)
         q = len(self._parts)
         if not q:
             return jacobian
