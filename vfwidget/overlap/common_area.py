@@ -178,10 +178,10 @@ def _clusters(group: IntArray, low: Array, high: Array) -> IntArray:
     shift = group * (1 + high.max() - low.min())
     low, high = low + shift, high + shift
     order = low.argsort(kind="stable")
-    opens = np.ones(len(order), dtype=np.intp)
+    opens = np.zeros(len(order), dtype=np.intp)
     opens[1:] = low[order[1:]] > np.maximum.accumulate(high[order])[:-1] + CLOSED
     number = np.empty_like(group)
-    number[order] = opens.cumsum() - 1
+    number[order] = opens.cumsum()
     return number
 
 

@@ -187,9 +187,11 @@ class LowRankQuadratic(NamedTuple):
 def _solve(matrix: Array, vector: Array) -> Array:
     """The solution (n,) of a system with a symmetric positive definite matrix.
 
-    A system of two equations is solved here, because NumPy's function takes several times as long
-    to start.
+    Systems of one and two equations are solved here, because NumPy's function takes several times
+    as long to start.
     """
+    if len(vector) == 1:
+        return vector / matrix[0]
     if len(vector) == 2:
         (a, b), (_, d) = matrix.tolist()
         first, second = vector.tolist()
