@@ -332,7 +332,9 @@ def _form(term: Term) -> Hashable | None:
     # A class derived from one of these may depend on more. bind() refuses wrong values.
     kind, handle = type(term), getattr(term, "handle", None)
     known = kind in (Target, Pin, StayClose) and is_number(term.weight)
-    return (kind, handle, term.weight) if known and isinstance(handle, Handle | None) else None
+    if not known or not (handle is None or isinstance(handle, Handle)):
+        return None
+    return kind, handle, term.weight
 
 
 def _joined(parts: Sequence[Array]) -> Array:

@@ -56,7 +56,10 @@ class Target(Term):
             position = np.zeros(0)
         if position.shape != (2,) or not all(map(math.isfinite, position.tolist())):
             raise SolveError(f"A position is two finite numbers (x, y), not {self.position!r}.")
-        return replace(self, position=position)
+        # dataclasses.replace takes several times as long, and a drag binds a goal at every event.
+        bound = object.__new__(type(self))
+        bound.__dict__.update(self.__dict__, position=position)
+        return bound
 
     def residual(self, points: Array, theta: Array) -> Array:
         offset: Array = points[0] - self.position

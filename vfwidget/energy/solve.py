@@ -117,9 +117,9 @@ def solve(
     tolerances = _tolerances(step_tolerance, energy.terms)
 
     def run(energy: Energy, x: Array, deadline: float = until) -> Descent:
-        down = partial(
-            descend, tolerances=tolerances, max_iterations=max_iterations, deadline=deadline
-        )
+        def down(energy: Energy, x: Array) -> Descent:
+            return descend(energy, x, tolerances, max_iterations, deadline=deadline)
+
         return along_planes(energy, down(energy, x), down)
 
     def run_beyond(energy: Energy, x: Array) -> Descent | None:
@@ -128,13 +128,15 @@ def solve(
     first = run(energy, energy.unknowns.start, math.inf)
     energy, first, boundaries, cut = cross(energy, first, run_beyond)
     best, elsewhere = _restarted(energy, first, restarts, run, until)
-    others = [] if elsewhere is None else [(elsewhere.shortfall, _moved(energy, elsewhere))]
+    setting = energy
     if best is not first:
         # The result of a restart may have met other boundaries.
         energy, best, met, also = cross(energy, best, run_beyond)
         boundaries = [*(one for one in boundaries if one.crossed), *met]
         cut = also or cut
-    other = next((text for shortfall, text in others if shortfall <= best.shortfall - 1), None)
+    if elsewhere is not None and elsewhere.shortfall > best.shortfall - 1:
+        elsewhere = None
+    other = None if elsewhere is None else _moved(setting, elsewhere)
     return solution_of(energy, best, other, start=text, boundaries=boundaries, cut=cut)
 
 
