@@ -165,6 +165,23 @@ def test_a_search_from_the_minimiser_takes_one_system_of_the_smaller_kind(
     assert bounded and free < n and sizes == [min(rows, free)]
 
 
+def test_unknowns_that_change_no_row_take_no_equations(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(3)
+    rows, n = 60, 150
+    jacobian, residual = 3 * rng.normal(size=(rows, n)), 3 * rng.normal(size=rows)
+    jacobian[:, rng.permutation(n)[:110]] = 0.0
+    weights, pull = np.full(n, 0.1), 0.1 * rng.normal(size=n)
+    # A bound that holds an unknown from the start saves the system without bounds.
+    high = np.where(np.arange(n) < 10, 0.0, 0.5)
+    model = Model(jacobian, residual, weights, pull, -high, high)
+    solve, sizes = np.linalg.solve, []
+    monkeypatch.setattr(np.linalg, "solve", lambda a, b: sizes.append(len(a)) or solve(a, b))
+    d, _ = minimise_over_box(model.damped(0.01), model.low, model.high)
+    matrix = jacobian.T @ jacobian + np.diag(weights + 0.01)
+    check_optimality(d, model.gradient + matrix @ d, model.low, model.high)
+    assert sizes and max(sizes) <= 40
+
+
 @given(seeds, st.integers(1, 4))
 @example(168344102, 2)
 @settings(max_examples=60, deadline=None)

@@ -80,7 +80,9 @@ class Model:
         self._matrix: Array | None = None
         self.latest: Array | None = None
         if self.graded or (n > SMALL and 2 * m <= n):
-            self.columns: Array = np.einsum("ij,ij->j", jacobian, jacobian) + self.weights
+            squares = np.einsum("ij,ij->j", jacobian, jacobian)
+            self.columns: Array = squares + self.weights
+            self._moving = squares > 0
         else:
             self._matrix = jacobian.T.dot(jacobian)
             self._matrix.ravel()[:: n + 1] += self.weights
@@ -112,7 +114,8 @@ class Model:
         """
         if self._matrix is not None:
             return DenseQuadratic(_with_diagonal(self._matrix, damping), self.gradient)
-        return LowRankQuadratic(*self._rows, self.weights + damping, self.pull, self.graded)
+        diagonal = self.weights + damping
+        return LowRankQuadratic(*self._rows, diagonal, self.pull, self.graded, self._moving)
 
     def decrease(self, d: Array) -> float:
         """The decrease of the cost that the model predicts for a step d."""

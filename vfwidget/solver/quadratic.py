@@ -104,6 +104,9 @@ class LowRankQuadratic(NamedTuple):
         b.
     graded : bool
         Whether the rows of J differ in size by orders of magnitude.
+    moving : (n,) array of bool, or True
+        Which columns of J may be nonzero. In a text whose letters have axes of their own, many
+        axes move no point that counts. Default: all.
 
     Notes
     -----
@@ -119,6 +122,7 @@ class LowRankQuadratic(NamedTuple):
     diagonal: Array
     linear: Array
     graded: bool = False
+    moving: BoolArray | bool = True
 
     @property
     def equations(self) -> int:
@@ -137,14 +141,13 @@ class LowRankQuadratic(NamedTuple):
 
     def newton(self, d: Array, free: BoolArray) -> tuple[Array, Array]:
         """The step from d to the minimiser over the free variables, and the slope after it."""
-        at = free.nonzero()[0]
+        at = (free & self.moving).nonzero()[0]
         rows, rest = self.residual + self.jacobian.dot(d), self.linear + self.diagonal * d
         of_free = self._replace(jacobian=self.jacobian.take(at, 1), diagonal=self.diagonal.take(at))
-        step = np.zeros(len(d))
+        step = np.where(free, -rest / self.diagonal, 0.0)
         step[at], rows = of_free._solve(rows, rest.take(at))
         after = self._gradient(rows, abs(rows), rest + self.diagonal * step)
-        after[at] = 0.0
-        return step, after
+        return step, np.where(free, 0.0, after)
 
     def value(self, d: Array) -> float:
         """The value at d."""
