@@ -19,6 +19,7 @@ other one-sided derivative by evaluating at an offset of 1e-8 to the left.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -149,12 +150,23 @@ class Slots:
         return self._products(cell.height + cell.slope * w.take(self.axis), cell.slope)
 
     def _cell_at(self, w: Array) -> Cell:
-        here = w.take(self.axis)
         lower, upper = np.full(len(w), -np.inf), np.full(len(w), np.inf)
-        for edge in (self._start, self._peak, self._end):
-            np.maximum.at(lower, self.axis, np.where(edge <= here, edge, -np.inf))
-            np.minimum.at(upper, self.axis, np.where(edge >= here, edge, np.inf))
-        return Cell(lower, upper, *self._lines(here))
+        axes, starts, edges, owners = self._edges
+        if len(axes):
+            here = w.take(owners)
+            lower[axes] = np.maximum.reduceat(np.where(edges <= here, edges, -np.inf), starts)
+            upper[axes] = np.minimum.reduceat(np.where(edges >= here, edges, np.inf), starts)
+        return Cell(lower, upper, *self._lines(w.take(self.axis)))
+
+    @cached_property
+    def _edges(self) -> tuple[IntArray, IntArray, Array, IntArray]:
+        """The coordinates in use; where the edges of each begin; all edges, and their owners."""
+        owners = np.tile(self.axis.ravel(), 3)
+        order = owners.argsort(kind="stable")
+        owners = owners[order]
+        axes, starts = np.unique(owners, return_index=True)
+        edges = np.concatenate([self._start, self._peak, self._end], axis=None)
+        return axes, starts, edges[order], owners
 
     def _products(self, phi: Any, slope: Any) -> tuple[Any, Any]:
         """γ and its derivative by the axis of each slot, from φ and its slope."""
