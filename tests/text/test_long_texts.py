@@ -29,6 +29,18 @@ def test_letters_of_a_long_text_stand_where_those_of_a_short_one_do() -> None:
     np.testing.assert_allclose(found, wanted, atol=1e-6)
 
 
+@pytest.mark.parametrize("shared", [True, False])
+def test_points_are_the_same_in_many_small_products(
+    monkeypatch: pytest.MonkeyPatch, shared: bool
+) -> None:
+    text = vf.Text("recursive", WORD, axes={"wght": 700}, shared=shared)
+    points = text.point_set()
+    whole = points.positions_and_jacobian(text.place)
+    monkeypatch.setattr("vfwidget.text.points.PRODUCTS", 500)
+    for found, wanted in zip(points.positions_and_jacobian(text.place), whole, strict=True):
+        np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
 def test_the_derivative_of_many_letters_takes_little_memory() -> None:
     text = vf.Text("recursive", "hamburge" * 15, shared=False)
     handles = [text.handle(letter) for letter in range(len(text.glyphs))]

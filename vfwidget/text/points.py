@@ -26,6 +26,9 @@ from ..arrays import Array, IntArray, like, namespace, rotation_matrices, rows_o
 from .origins import RIGHT
 from .place import AXES, OFFSETS, TRACKING
 
+PRODUCTS = 2**17
+"""Most multiplications of one product of matrices. BLAS gives larger ones to several threads, which
+wait for each other for many times as long where other programs are at work."""
 Values = Mapping[str, Any]
 """Arrays or tensors by block of unknowns: Θ (..., 1 or l, n), offsets (l, 2)."""
 
@@ -157,11 +160,14 @@ class AffinePoints(PointSet):
         """The deltas times columns (..., 1 or l, M, q) of each axis vector: (..., p, 2, q)."""
         deltas = like(self.deltas, columns)
         *batch, _, m, q = columns.shape
-        # One product of matrices for a run is many times as quick as one for each point.
-        parts = [
-            deltas[begin:end].reshape(2 * (end - begin), m) @ columns[..., k, :, :]
+        block = max(1, PRODUCTS // max(1, 2 * m * q))
+        # One product of matrices for many points is many times as quick as one for each.
+        cuts = [
+            (at, min(at + block, end), k)
             for begin, end, k in self._runs
+            for at in range(begin, max(end, 1), block)
         ]
+        parts = [deltas[a:b].reshape(2 * (b - a), m) @ columns[..., k, :, :] for a, b, k in cuts]
         moved = parts[0] if len(parts) == 1 else namespace(columns).concatenate(parts, -2)
         return moved.reshape(*batch, len(deltas), 2, q)
 
