@@ -74,3 +74,27 @@ def test_a_drag_goes_on_beyond_an_oblique_boundary_and_says_so():
     solution = vf.solve(text, vf.Target(handle, target))
     reached = solution.text.position(solution.text.carry(handle))
     assert np.linalg.norm(reached - target) == pytest.approx(max(solution.misses), abs=1e-6)
+
+
+def test_a_solve_leaves_a_box_that_is_as_narrow_as_one_value():
+    move = {"a": [(fonts.BOLD, [(200, 0)] * 4 + fonts.STILL)]}
+    boxes = [{"wght": (0.2, 0.6), "wdth": (-0.5, 0.5)}]
+    font = vf.load_font(fonts.swapping(boxes, variation_tables.add_avar_2, move))
+    text = vf.Text(font, "a").at(theta=[[0.12, 0.56]])
+    lower, upper = text.composition.bounds_at(text.coordinates)
+    assert lower[0, 0] == upper[0, 0]
+    handle, goal = text.handle(), text.at(theta=[[0.19, 0.13]])
+    terms = [vf.Target(handle, goal.position(handle)), vf.AxisTarget(goal.axes)]
+    assert vf.solve(text, terms, restarts=0).status == "converged"
+    held = vf.solve(text, terms, restarts=0, locks=["wght"])
+    assert held.status == "unreachable" and held.theta[0, 0] == 0.12
+    assert not held.active.any()
+
+
+def test_a_descent_that_could_follow_a_fold_further_says_so(monkeypatch):
+    text = vf.Text(folded(), "a")
+    handle = text.handle(0, 0, 1)
+    x, y = text.position(handle).tolist()
+    monkeypatch.setattr("vfwidget.energy.oblique.MOST_STEPS", 1)
+    found = vf.solve(text, vf.Target(handle, (x + 60, y - 50)), restarts=0)
+    assert found.status == "iteration_limit" and not found.converged

@@ -140,7 +140,7 @@ def held_axes(energy: Energy, found: Descent) -> Array:
     """-1 or 1 where an axis is held at its lower or upper bound, else 0, in the shape of Θ."""
     held = active_bounds(found.problem, found.state, energy.jacobian)
     # A locked axis is not held by a bound of the font.
-    held = np.where(energy.lower < energy.upper, held, 0)
+    held = np.where(energy.locked, 0, held)
     active = np.zeros(energy.text.coordinates.shape, dtype=int)
     if AXES in energy.unknowns.slices:
         active = energy.by_letter(held)

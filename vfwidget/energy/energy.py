@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, BoolArray
 from ..errors import AxisError, SolveError
 from ..solver.problem import Proximity, check_size, is_number
 from ..text import Handle, Text
@@ -126,22 +126,35 @@ class Energy:
         # Most terms have at least one residual, and each takes memory from here on.
         tied = followers * len(text.font.axes) if AXES in unknowns.slices else 0
         check_size(len(self.terms), len(self.lower) - tied)
-        if locks:
-            self._lock(locks)
+        self._locks = self._read_locks(locks) if locks else None
+        if self._locks is not None:
+            self.lower = np.where(self._locks, unknowns.start, self.lower)
+            self.upper = np.where(self._locks, unknowns.start, self.upper)
         self._collect_proximity()
 
-    def _lock(self, locks: Collection[str]) -> None:
+    def _read_locks(self, locks: Collection[str]) -> BoolArray:
+        """Which unknowns, (N,), are locked axes."""
         tags = [axis.tag for axis in self.text.font.axes]
         listed = isinstance(locks, Collection) and not isinstance(locks, str)
         if not listed or any(tag not in tags for tag in locks):
             raise AxisError(f"locks are tags of axes ({', '.join(tags)}); received {locks!r}.")
+        return self._each([tag in locks for tag in tags])
+
+    @property
+    def locked(self) -> BoolArray:
+        """Which unknowns, (N,), are axes that are locked, or that have one value in the font.
+
+        A box in which the glyphs stay may be as narrow as one value too, but a solve may leave it.
+        """
+        single = self._each(np.equal(*self.text.font.bounds))
+        return single if self._locks is None else single | self._locks
+
+    def _each(self, by_axis: Any) -> BoolArray:
+        """A truth value for each axis, (n,), as one for each unknown, (N,)."""
+        found = np.zeros(len(self.lower), dtype=bool)
         if AXES in self.unknowns.slices:
-            mask = np.tile([tag in locks for tag in tags], self.text.word.parameters)
-            locked = np.zeros(len(self.lower), dtype=bool)
-            locked[self.unknowns.slices[AXES]] = mask
-            start = self.unknowns.start
-            self.lower = np.where(locked, start, self.lower)
-            self.upper = np.where(locked, start, self.upper)
+            found[self.unknowns.slices[AXES]] = np.tile(by_axis, self.text.word.parameters)
+        return found
 
     def _collect_proximity(self) -> None:
         self._pulls = [proximity_of(term, self.text, self.unknowns) for term in self.terms]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, IntArray, padded_table
+from ..arrays import Array, BoolArray, IntArray, padded_table
 from ..errors import SolveError
 from ..solver.problem import Proximity, is_count
 from ..text import Text
@@ -116,9 +116,13 @@ class TiedUnknowns:
         """As :meth:`Unknowns.place`."""
         return self._whole.place(z[self._source])
 
+    def kept(self, values: Any) -> Any:
+        """The values (k,) of the unknowns that remain, from those of all (N,)."""
+        return values[self._kept]
+
     def flat(self, values: Mapping[str, Array]) -> Array:
         """As :meth:`Unknowns.flat`; of the letters of a group the first one counts."""
-        return self._whole.flat(values)[self._kept]
+        return self.kept(self._whole.flat(values))
 
 
 class TiedEnergy(Energy):
@@ -163,6 +167,11 @@ class TiedEnergy(Energy):
     def at(self, text: Text, terms: Sequence[Term]) -> Energy:
         """As :meth:`Energy.at`."""
         return TiedEnergy(self._whole.at(text, terms), self._leaders)
+
+    @property
+    def locked(self) -> BoolArray:
+        """As :attr:`Energy.locked`."""
+        return self.unknowns.kept(self._whole.locked)
 
     @property
     def kinks(self) -> Array:
