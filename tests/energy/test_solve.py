@@ -271,12 +271,14 @@ def test_the_iteration_limit_is_said() -> None:
 # Glyphs that change
 
 
-def exchanged(string: str = "a", shared: bool = True) -> vf.Text:
+def exchanged(
+    string: str = "a", shared: bool = True, below: int = 200, above: int = 300
+) -> vf.Text:
     """A square that moves by 200 with the weight; another one above 0.5, which moves by 300."""
-    moved = [(200, 0)] * 4
+    moved = [(below, 0)] * 4
     glyphs = {"a": fonts.outline(fonts.SQUARE), "bowl": fonts.outline(fonts.SQUARE)}
     deltas = {"a": [(fonts.BOLD, [*moved, *fonts.STILL])]}
-    deltas["bowl"] = [(fonts.BOLD, [(300, 0)] * 4 + fonts.STILL)]
+    deltas["bowl"] = [(fonts.BOLD, [(above, 0)] * 4 + fonts.STILL)]
 
     def edit(builder) -> None:
         addFeatureVariations(builder.font, [([{"wght": (0.5, 1)}], {"a": "bowl"})])
@@ -319,6 +321,19 @@ def test_a_boundary_is_crossed_without_restarts_too() -> None:
     assert found.text.glyphs[0].name == "bowl" and found.converged
     back = vf.solve(found.text, vf.Target(handle, (x + 60, y)), restarts=0)
     assert back.text.glyphs[0].name == "a" and back.converged
+
+
+def test_the_result_of_a_restart_goes_on_beyond_a_boundary() -> None:
+    """At light weights the square stays where it is, so the first descent ends at its start."""
+    text = exchanged(below=30, above=40).at(theta=[[-0.3, 0]])
+    handle = text.handle()
+    x, y = text.position(handle).tolist()
+    found = vf.solve(text, vf.Target(handle, (x + 36, y)))
+    assert found.status == "converged" and found.text.glyphs[0].name == "bowl"
+    assert [met.crossed for met in found.boundaries] == [True]
+    beyond = vf.solve(text, vf.Target(handle, (x + 50, y)))
+    assert beyond.status == "unreachable" and beyond.misses[0] == pytest.approx(10, abs=0.1)
+    assert "not crossed" not in beyond.message and "wght is at its maximum" in beyond.message
 
 
 def test_no_boundary_is_crossed_when_the_time_is_over() -> None:
