@@ -165,8 +165,9 @@ class Room:
         """Half the derivative of the energy and of the inequalities' penalties at x, (N,)."""
         energy = self.energy
         weights, reference = self.proximity
-        own = energy.residual(x) @ energy.jacobian(x) + weights * (x - reference)
-        return np.asarray(own + WALL * walls.beyond(x) @ walls.slopes)
+        own = weights * (x - reference) + WALL * walls.beyond(x) @ walls.slopes
+        rows = energy.residual(x)
+        return own + rows @ energy.jacobian(x) if len(rows) else own
 
     def walls(self, look: Look, sides: Sequence[Array]) -> list[Walls]:
         """The inequalities of everything that overlaps, with derivatives at each of ``sides``."""
