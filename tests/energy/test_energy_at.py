@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 import varc_fonts
 import variation_tables
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import vfwidget as vf
 from vfwidget.energy.energy import Energy
@@ -216,3 +218,87 @@ def test_a_term_of_a_user_has_any_attributes(text: vf.Text) -> None:
     for height in (50.0, 90.0):
         named = [Named(handle, height, "round")]
         assert_same(energy_of(text, named), Energy(text, named))
+
+
+# Random sequences of solves
+
+
+@dataclass(frozen=True)
+class Doubled(vf.StayClose):
+    """A class derived from a term, with another proximity and no field of its own."""
+
+    def proximity(self, text: vf.Text) -> Any:
+        weights, reference = super().proximity(text)["axes"]
+        return {"axes": (2 * weights, reference)}
+
+
+KINDS = ("target", "target", "pin", "calm", "calm at zero", "doubled", "stretched", "width", "same")
+
+
+def made(text: vf.Text, kind: str, letter: int, shift: float, weight: float) -> vf.Term:
+    handle, other = text.handle(letter, 0, 1, 0.25), text.handle(1 - letter, 0, 0)
+    x, y = text.position(handle).tolist()
+    goal = (x + shift, y - shift / 2)
+    terms: dict[str, Callable[[], vf.Term]] = {
+        "target": lambda: vf.Target(handle, goal, weight),
+        "pin": lambda: vf.Pin(handle, weight=weight),
+        "calm": lambda: vf.StayClose(weight),
+        "calm at zero": lambda: vf.StayClose(weight, np.zeros(text.theta.shape)),
+        "doubled": lambda: Doubled(weight),
+        "stretched": lambda: Stretched(handle, goal, weight, factor=2 + shift / 100),
+        "width": lambda: vf.Width(700 + shift, weight),
+        "same": lambda: vf.SharedX((handle, other), weight),
+    }
+    return terms[kind]()
+
+
+KIND = st.tuples(st.sampled_from(KINDS), st.integers(0, 1), st.sampled_from([1.0, 2.0, 1e3]))
+OPTIONS: list[dict[str, Any]] = [
+    {},
+    {"locks": ("wght",)},
+    {"locks": ["wght"]},
+    {"free": ("axes", "offsets")},
+    {"free": ("axes", "tracking")},
+    {"ties": [(0, 1)]},
+]
+
+
+@settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(
+    name=st.sampled_from(sorted(TEXTS)),
+    kinds=st.lists(KIND, min_size=1, max_size=3),
+    steps=st.lists(
+        st.tuples(
+            st.sampled_from(["goal", "goal", "result", "theta", "tracking", "rotations"]),
+            st.sampled_from([0, 5, -20, 45]),
+            st.sampled_from([*3 * OPTIONS[:1], *OPTIONS]),
+            st.integers(0, 9),
+        ),
+        min_size=2,
+        max_size=5,
+    ),
+)
+def test_each_solve_of_a_text_is_that_of_a_new_text(name: str, kinds: Any, steps: Any) -> None:
+    text = TEXTS[name]()
+    for change, shift, options, seed in steps:
+        rng = np.random.default_rng(seed)
+        if change == "theta":
+            text = text.at(theta=rng.uniform(-0.9, 0.9, tuple(text.theta.shape)))
+        elif change in ("tracking", "rotations"):
+            text = text.at(**{change: 7.0 * seed if change == "tracking" else [0.1 * seed, 0]})
+        place = {name: value.copy() for name, value in text.place.items() if name != "axes"}
+        new = TEXTS[name]().at(
+            theta=text.theta.clone(),
+            offsets=place["offsets"],
+            tracking=text.tracking,
+            rotations=text.rotations.copy(),
+        )
+        solutions = []
+        for own in (text, new):
+            # The first term is the one whose goal moves.
+            all_terms = [made(own, *kinds[0][:2], shift, kinds[0][2])]
+            all_terms += [made(own, kind, letter, 8, weight) for kind, letter, weight in kinds[1:]]
+            solutions.append(vf.solve(own, all_terms, restarts=0, max_iterations=25, **options))
+        assert_equal_solutions(*solutions)
+        if change == "result":
+            text = solutions[0].text

@@ -288,3 +288,15 @@ def test_letters_from_right_to_left_stand_in_the_order_seen():
     assert [glyph.name for glyph in text.glyphs] == ["b", "a", "a"]
     assert [placed.cluster for placed in text.layout] == [2, 1, 0]
     assert text.advance() == 1800
+
+
+def test_the_box_of_a_text_does_not_depend_on_the_texts_before():
+    """A location beyond the range of an axis has a box of its own, which reaches to it."""
+    text = vf.Text("recursive", "hk", {"wght": 500})
+    expected = text.composition.bounds_at(text.coordinates)
+    beyond = text.theta.numpy() + np.array([0, 0, -0.5, 0.5, 0])
+    outside = text.at(theta=beyond)
+    lower, upper = outside.composition.bounds_at(outside.coordinates)
+    assert lower[0, 2] == beyond[0, 2] and upper[0, 3] == beyond[0, 3]
+    again = text.at({"wght": 500})
+    assert np.array_equal(again.composition.bounds_at(again.coordinates), expected)

@@ -28,6 +28,10 @@ class Setting(NamedTuple):
     lower: Array
     upper: Array
 
+    def misses(self, theta: Array) -> bool:
+        """Whether Θ lies outside the box."""
+        return bool(np.count_nonzero((theta < self.lower) | (theta > self.upper)))
+
 
 class Composition:
     """What a text is besides its place: string, font, and how HarfBuzz sets it.
@@ -144,11 +148,12 @@ class Composition:
         at, latest = self._latest or (None, None)
         if latest is not None and at is theta:
             return latest
-        if latest is None or np.count_nonzero((theta < latest.lower) | (theta > latest.upper)):
-            lower, upper = self.settings.box_at(theta)
-            # HarfBuzz rounds, so that Θ may lie just outside.
-            sides = np.minimum(lower, theta), np.maximum(upper, theta)
-            latest = Setting(self._word_at(theta), *sides)
+        if latest is None or latest.misses(theta):
+            latest = Setting(self._word_at(theta), *self.settings.box_at(theta))
+            if latest.misses(theta):
+                # HarfBuzz rounds, so that Θ may lie just outside. Such a box is that of Θ alone.
+                sides = np.minimum(latest.lower, theta), np.maximum(latest.upper, theta)
+                return latest._replace(lower=sides[0], upper=sides[1])
         self._latest = theta, latest
         return latest
 
