@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import torch
@@ -212,3 +214,34 @@ def test_a_target_that_moves_evenly_does_not_make_the_axes_flicker(name: str) ->
     for gap in (1, 2, 3):
         leaps = (np.abs(steps[gap:]) > 0.1) & (np.abs(steps[:-gap]) > 0.1)
         assert not (leaps & (steps[gap:] * steps[:-gap] < 0)).any()
+
+
+def test_a_proximity_may_be_of_tensors() -> None:
+    text = vf.Text("recursive", "n", axes={"wght": 600})
+
+    class Middle(vf.Term):
+        tolerance = None
+
+        def locate(self, text: vf.Text) -> None:
+            return None
+
+        def proximity(self, text: vf.Text) -> Any:
+            return {"axes": (torch.ones_like(text.theta), text.theta / 2)}
+
+    found = vf.solve(text, Middle())
+    assert np.allclose(found.theta, text.theta / 2, atol=1e-3)
+
+
+def test_a_small_miss_is_not_said_to_be_zero() -> None:
+    text = vf.Text("recursive", "n")
+
+    class Ratio(vf.Term):
+        handles = (text.nearest(0, 0), text.nearest(500, 500))
+        tolerance = 1e-3
+
+        def residual(self, points: Any, theta: Any) -> Any:
+            return 0 * points[:1, 0] + 0.0123
+
+    found = vf.solve(text, Ratio(), restarts=0)
+    assert "missed by 0.012 font units" in found.message
+    assert "0.012" in found.report().split("axis")[0]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, to_array
 from ..errors import SolveError
 from ..solver.problem import Proximity, is_number
 from ..text import Text
@@ -117,8 +117,8 @@ def proximity_of(term: Term, text: Text, unknowns: Unknowns) -> Proximity | None
     if type(own) is dict and not own:
         return None
     try:
-        weights = unknowns.flat({name: pair[0] for name, pair in own.items()})
-        reference = unknowns.flat({name: pair[1] for name, pair in own.items()})
+        weights = unknowns.flat({name: to_array(pair[0]) for name, pair in own.items()})
+        reference = unknowns.flat({name: to_array(pair[1]) for name, pair in own.items()})
         # One number shows whether all are finite.
         sound = min(weights.tolist()) >= 0 and math.isfinite(weights.dot(reference))
     except (AttributeError, IndexError, KeyError, TypeError, ValueError):

@@ -14,7 +14,7 @@ from ..solver.status import CONVERGED
 from ..text import Text
 from ..text.place import OFFSETS, Place
 from .boundaries import Boundary
-from .term import TermResult
+from .term import TermResult, amount
 
 if TYPE_CHECKING:
     import torch
@@ -123,7 +123,7 @@ class Solution:
         width = max(len(label) for label in labels)
         lines.append(f"{'term':{width}}  {'missed by':>11}  {'cost':>10}")
         for label, result in zip(labels, self.terms, strict=True):
-            missed = "" if result.miss is None else "met" if result.met else f"{result.miss:.1f}"
+            missed = "" if result.miss is None else "met" if result.met else amount(result.miss)
             lines.append(f"{label:{width}}  {missed:>11}  {result.cost:10.4g}")
         lines += ["", f"{'axis':{width}}  {'from':>11}  {'to':>10}"]
         places = zip(_rows(self.start), _rows(self.text), self.active, strict=True)

@@ -58,8 +58,9 @@ def solve(
     terms : Term, or sequence of Term
         :class:`Target`, :class:`Pin`, :class:`StayClose`, :class:`Residual`, …
     free : collection of str
-        The blocks of unknowns that may move: ``"axes"`` (the default) and ``"offsets"``, the
-        displacements of the letters. Blocks that a term adds are always free.
+        The blocks of unknowns that may move: ``"axes"`` (the default), ``"offsets"``, the
+        displacements of the letters, and ``"tracking"``, the space between them; for example
+        ``["axes", "offsets"]``. Blocks that a term adds are always free.
     locks : collection of str
         Tags of axes that keep their values. Default: none.
     ties : sequence of sequences of int
@@ -84,8 +85,10 @@ def solve(
     Returns
     -------
     Solution
-        Where a descent ends at a location at which glyphs change, it goes on beyond if that costs
-        less; ``solution.boundaries`` lists these locations.
+        Its ``status`` is ``"converged"``, ``"unreachable"`` if a goal is missed and no step comes
+        nearer, or the reason why the solve ended early. Where a descent ends at a location at which
+        glyphs change, it goes on beyond if that costs less; ``solution.boundaries`` lists these
+        locations.
 
     Raises
     ------

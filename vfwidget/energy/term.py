@@ -50,8 +50,9 @@ class Term:
         Factor of the term's squares, greater than 0. Default 1. The package applies it; a
         residual leaves it out.
     tolerance : float or None
-        The goal counts as met when :meth:`miss` is at most this. Default 0.5 font units. None
-        marks a preference that has no goal, such as :class:`StayClose`.
+        The goal counts as met when :meth:`miss` is at most this, in the unit of the residual.
+        Default 0.5, which suits font units. None marks a preference that has no goal, such as
+        :class:`StayClose`.
     affine : bool
         Set it to True where the residual is affine in the positions and in Θ. Such terms are
         evaluated faster. :func:`check_derivative` finds a term that is not.
@@ -103,7 +104,11 @@ class Term:
         return self
 
     def blocks(self, text: Text) -> Mapping[str, Block]:
-        """Unknowns that the term adds to those of the text, by name; none by default."""
+        """Unknowns that the term adds to those of the text, by name; none by default.
+
+        Their values reach only a term whose :meth:`locate` returns rows of its own, and not
+        :meth:`residual`. A block is a ``vfwidget.text.place.Block``.
+        """
         return {}
 
     def points(self, text: Text) -> PointSet:
@@ -113,7 +118,8 @@ class Term:
     def locate(self, text: Text) -> Rows | None:
         """The term's residual as a function of the place, with the points it has at ``text``.
 
-        None for a term that has no residual, but only a :meth:`proximity`.
+        By default this calls :meth:`residual` and :meth:`derivative`. A term that has no residual,
+        but only a :meth:`proximity`, returns None.
         """
         automatic = type(self).derivative is Term.derivative
         return PointRows(self, self.points(text), automatic)
@@ -165,8 +171,11 @@ class Term:
         return float(abs(residual).max(initial=0.0))
 
     def missed_by(self, miss: float) -> str:
-        """A miss in words, for a report."""
-        return f"{miss:.1f} font units"
+        """A miss in words, for a report; by default in font units.
+
+        A term whose residual has another unit, such as a ratio, defines its own words.
+        """
+        return f"{amount(miss)} font units"
 
     def proximity(self, text: Text) -> Mapping[str, tuple[Array, Array]]:
         """Squares of the unknowns themselves: Σ weights · (value − reference)².
@@ -186,6 +195,11 @@ class Term:
     def label(self) -> str:
         """The kind of the term and the letters that it acts on, for a report."""
         return " ".join([self.kind, *(handle.letter_name for handle in self.handles or ())])
+
+
+def amount(miss: float) -> str:
+    """A miss with one decimal; a smaller one, which would be 0.0, with two digits."""
+    return f"{miss:.1f}" if miss == 0 or miss >= 0.1 else f"{miss:.2g}"
 
 
 class TermResult(NamedTuple):
