@@ -174,12 +174,9 @@ class AffineRows:
         return latest[1]
 
     def _evaluate(self, theta: Array) -> tuple[Array, Array]:
-        rows, gain, at = self._base, self._gain, self._at
-        parameters = self._word.parameters
+        rows, gain, parameters = self._base, self._gain, self._word.parameters
         n = len(theta) // parameters
         gamma, slopes = self._slots.along(theta)
-        if self._pushed is not None:
-            rows, gain, at = self._hold_advances(theta)
         factors = np.zeros((len(gain), gain.shape[2], n + 1))
         factors.put(self._scalars_at, gamma)
         factors.put(self._slopes_at, slopes.take(self._used))
@@ -189,38 +186,32 @@ class AffineRows:
             rows, jacobian = rows + product[:, n], product[:, :n]
         else:
             products = (gain @ factors).reshape(-1, n + 1)
-            rows = rows + np.add.reduce(products[:, n].take(at), 1)
-            jacobian = moved = products[:, :n].take(at, 0)
+            rows = rows + np.add.reduce(products[:, n].take(self._at), 1)
+            jacobian = moved = products[:, :n].take(self._at, 0)
             if len(gain) < parameters:
                 jacobian = np.zeros((len(rows), parameters, n))
                 jacobian[:, self._vectors] = moved
             jacobian = jacobian.reshape(len(rows), len(theta))
+        if self._pushed is not None:
+            rows, jacobian = self._hold_advances(theta, rows, jacobian)
         if self._straight is not None:
             rows = rows + self._straight.dot(theta)
             jacobian += self._straight
         return rows, jacobian
 
-    def _hold_advances(self, theta: Array) -> tuple[Array, Array, IntArray]:
-        """Base and gain without the part of those advances that add up to less than zero.
-
-        The last array holds the row of the gain of each row and axis vector.
-        """
-        word, pushed = self._word, self._pushed
-        assert pushed is not None
-        varied = self._advance_deltas * self._advance_slots.along(theta)[0]
-        advances = word.advance_base + np.bincount(self._varied, varied, len(word.advance_base))
-        negative = advances < 0
-        if not negative.any():
-            return self._base, self._gain, self._at
-        pushed = pushed * negative
-        vectors, _, width = self._gain.shape
-        gain = self._gain.reshape(-1, width).take(self._at.T, 0)
-        deltas = np.pad(word.advance_deltas, ((0, 0), (0, 1)))
-        for i, k in enumerate(self._vectors.tolist()):
-            letters = self._letters(k)
-            gain[i] -= pushed[:, letters] @ deltas[letters, self._regions[i]]
-        at = np.arange(vectors * len(pushed)).reshape(vectors, -1).T
-        return self._base - pushed @ word.advance_base, gain, at
+    def _hold_advances(self, theta: Array, rows: Array, jacobian: Array) -> tuple[Array, Array]:
+        """Rows and derivative without those advances that add up to less than zero."""
+        base, deltas, letters = self._word.advance_base, self._advance_deltas, self._varied
+        assert self._pushed is not None
+        gamma, slopes = self._advance_slots.along(theta)
+        advances = base + np.bincount(letters, deltas * gamma, len(base))
+        negative = np.flatnonzero(advances < 0)
+        if not len(negative):
+            return rows, jacobian
+        by_axes = np.zeros((len(advances), len(theta)))
+        np.add.at(by_axes, (letters[:, None], self._advance_slots.axis), deltas[:, None] * slopes)
+        pushed = self._pushed[:, negative]
+        return rows - pushed @ advances[negative], jacobian - pushed @ by_axes[negative]
 
 
 def _distinct(rows: Array) -> tuple[Array, IntArray]:

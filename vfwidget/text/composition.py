@@ -77,6 +77,8 @@ class Composition:
         self.options = font.shaping_options(**shaping)
         self._layouts = layouts(font, string, self.options)
         self._words: Memo[Word] = Memo()
+        self.corresponding: Memo[tuple[int, float]] = Memo(1024)
+        """Points of one glyph that stand for those of another, for handles."""
         self._latest: tuple[Array, Setting] | None = None
 
     def regrouped(self, shared: bool) -> Composition:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import GlyphError
+from ..font import Glyph
 from ..outline.cubics import bernstein, nearest
 from .handle import Handle
 from .word import Word
@@ -64,12 +65,21 @@ def _carried(handle: Handle, word: Word) -> Handle:
         return replace(handle, glyph=letter, word=word)
     if not after.contours:
         raise GlyphError(f"{handle.letter_name} has no outline there, so no point to hold.")
-    w = np.zeros(len(word.font.axes))
-    own = before.contours.indices[handle.contour][handle.segment]
-    point = bernstein(handle.t) @ before.outline.value(w)[own]
-    found, t = nearest(after.outline.value(w)[after.contours.segments], point)
+    # Each word of a long text has most of its glyphs from others.
+    key = before, after, handle.contour, handle.segment, handle.t
+    found, t = word.composition.corresponding.get(
+        key, lambda: _corresponding(before, after, handle)
+    )
     contour = int(after.contours.owners[found])
     return Handle(letter, contour, found - sum(after.contours[:contour]), t, word=word)
+
+
+def _corresponding(before: Glyph, after: Glyph, handle: Handle) -> tuple[int, float]:
+    """The segment of a glyph, and t on it, nearest to a handle's point of another glyph."""
+    w = np.zeros(len(handle.word.font.axes))
+    own = before.contours.indices[handle.contour][handle.segment]
+    point = bernstein(handle.t) @ before.outline.value(w)[own]
+    return nearest(after.outline.value(w)[after.contours.segments], point)
 
 
 def _letter(handle: Handle, word: Word) -> int:
