@@ -242,25 +242,35 @@ def _blur(images: Array, variance: float) -> Array:
     reach = math.ceil(4 * math.sqrt(variance)) + 2
     around = 2 * np.pi * np.arange(reach + 1) / (2 * reach + 1)
     kernel = np.fft.fftshift(np.fft.irfft(np.exp(variance * (np.cos(around) - 1)), 2 * reach + 1))
-    across, blurred = np.empty_like(images), np.empty_like(images)
-    for here, near, band in _bands(images.shape[2], kernel):
-        np.matmul(images[..., near], band, out=across[..., here])
-    for here, near, band in _bands(images.shape[1], kernel):
-        np.matmul(band.T, across[:, near], out=blurred[:, here])
+    across = _along_rows(images, kernel)
+    return _along_rows(across.swapaxes(1, 2), kernel).swapaxes(1, 2)
+
+
+def _along_rows(images: Array, kernel: Array) -> Array:
+    """The convolution of each row of images (a, H, W) with a kernel.
+
+    torch multiplies, because the threads of NumPy's BLAS wait for one another for long if the
+    machine has other work.
+    """
+    import torch
+
+    rows = torch.from_numpy(images.reshape(-1, images.shape[2]))
+    parts = [rows[:, near] @ torch.from_numpy(band) for near, band in _bands(rows.shape[1], kernel)]
+    blurred: Array = torch.cat(parts, 1).numpy().reshape(images.shape)
     return blurred
 
 
-def _bands(size: int, kernel: Array) -> Iterator[tuple[slice, slice, Array]]:
+def _bands(size: int, kernel: Array) -> Iterator[tuple[slice, Array]]:
     """A convolution along a side as products of matrices, for a part of the side at a time.
 
     Functions for convolutions take many times as long for a wide kernel, and much memory.
 
     Yields
     ------
-    here, near : slice
-        The part, and the pixels that contribute to it.
+    near : slice
+        The pixels that contribute to a part.
     band : array
-        Shares of the latter, in rows, in each pixel of the former.
+        Their shares, in rows, in each pixel of the part.
     """
     reach = len(kernel) // 2
     for start in range(0, size, BAND):
@@ -269,7 +279,7 @@ def _bands(size: int, kernel: Array) -> Iterator[tuple[slice, slice, Array]]:
         distance = np.arange(first, last)[:, None] - np.arange(start, end)
         shares = kernel.take(distance + reach, mode="clip")
         band = np.where(abs(distance) <= reach, shares, 0.0)
-        yield slice(start, end), slice(first, last), band
+        yield slice(first, last), band
 
 
 def _laplacian(image: Array) -> Array:
