@@ -117,7 +117,7 @@ def test_blur_keeps_the_ink_and_has_the_variance_asked_for(variance):
 
 @pytest.mark.parametrize("variance", [0.05, 60.0])
 def test_a_large_picture_is_blurred_as_by_scipy(variance):
-    noise = np.random.default_rng(0).normal(size=(2, 150, 300))
+    noise = np.random.default_rng(0).normal(size=(2, 530, 700))
     point = np.zeros((1, 1, 201))
     point[0, 0, 100] = 1
     kernel = _blur(point, variance)[0, 0]

@@ -32,8 +32,8 @@ BESIDE = 1e-7
 """Two states this close share a picture: the solver evaluates slopes 1e-8 away from a kink."""
 BATCH = 2**15
 """Curves of the candidates that are drawn together: more take more memory and no less time."""
-BAND = 128
-"""Pixels of a side that are blurred together."""
+BAND = 512
+"""Pixels of a side that are blurred together, as many as a match has by default."""
 LEAST_BLUR = 1e-6
 """A variance, in pixels², that is not worth a convolution."""
 
@@ -256,7 +256,8 @@ def _along_rows(images: Array, kernel: Array) -> Array:
 
     rows = torch.from_numpy(images.reshape(-1, images.shape[2]))
     parts = [rows[:, near] @ torch.from_numpy(band) for near, band in _bands(rows.shape[1], kernel)]
-    blurred: Array = torch.cat(parts, 1).numpy().reshape(images.shape)
+    joined = torch.cat(parts, 1) if len(parts) > 1 else parts[0]
+    blurred: Array = joined.numpy().reshape(images.shape)
     return blurred
 
 
