@@ -376,10 +376,8 @@ class Text(Exports):
 
     def point_set(self, handles: Sequence[Handle] | None = None) -> PointSet:
         """Some of the text's points, or all its control points, ready for :meth:`positions`."""
-        if handles is None:
-            points = self.word.outline
-        else:
-            points = self.word.at_handles([self.carry(handle) for handle in handles])
+        word = self.word
+        points = word.outline if handles is None else word.at_handles(map(self.carry, handles))
         return (
             RotatedPoints.of(points, self.rotations) if np.count_nonzero(self.rotations) else points
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -196,7 +196,7 @@ class Word:
         index = np.arange(len(letter))[:, None]
         return BlendedPoints(letter, letter, index, np.ones(index.shape), self)
 
-    def at_handles(self, handles: Sequence[Handle]) -> PointSet:
+    def at_handles(self, handles: Iterable[Handle]) -> PointSet:
         """The handles' points, each a blend of the four control points of its segment."""
         key = tuple(handles)
         return self._point_sets.get(key, lambda: self._blend(key))
