@@ -137,9 +137,9 @@ def solve(
         energy, best, met, also = cross(energy, best, run_beyond)
         boundaries = [*(one for one in boundaries if one.crossed), *met]
         cut = also or cut
-    if elsewhere is not None and elsewhere.shortfall > best.shortfall - 1:
-        elsewhere = None
-    other = None if elsewhere is None else _moved(setting, elsewhere)
+    other = None
+    if elsewhere is not None and elsewhere.shortfall <= best.shortfall - 1:
+        other = setting.text.moved_to(setting.unknowns.place(elsewhere.state.x))
     return solution_of(energy, best, other, start=text, boundaries=boundaries, cut=cut)
 
 
@@ -253,7 +253,7 @@ def solution_of(
         if cut is not None and (missed or all(result.miss is None for result in best.results)):
             status, message = cut
     return Solution(
-        text=_moved(energy, best),
+        text=text.moved_to(place),
         start=start or text,
         place=Place(place),
         cost=sum(result.cost for result in best.results),
@@ -266,11 +266,6 @@ def solution_of(
         elsewhere=elsewhere,
         boundaries=list(boundaries),
     )
-
-
-def _moved(energy: Energy, found: Descent) -> Text:
-    """The text at the end of a descent."""
-    return energy.text.moved_to(energy.unknowns.place(found.state.x))
 
 
 def _iterates(unknowns: Unknowns, best: Descent) -> list[Iterate]:
