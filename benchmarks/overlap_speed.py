@@ -99,7 +99,7 @@ class Recipe:
 
 
 def run(quick: bool) -> Iterator[Row]:
-    """Each scene by ours and by both forms of the recipe, in turns; the least time of all calls counts."""
+    """Each scene by ours and by both forms of the recipe, in turns; the least time counts."""
     for scene in scenes():
         recipes = [Recipe(scene, forward) for forward in (False, True)]
         seconds = np.zeros((3, 2 if quick else 5, CALLS))
