@@ -135,7 +135,7 @@ def solve(
     if best is not first:
         # The result of a restart may have met other boundaries.
         energy, best, met, also = cross(energy, best, run_beyond)
-        boundaries = [*(one for one in boundaries if one.crossed), *met]
+        boundaries = [one for one in boundaries if one.crossed] + met
         cut = also or cut
     other = None
     if elsewhere is not None and elsewhere.shortfall <= best.shortfall - 1:

@@ -231,9 +231,9 @@ class TermResult(NamedTuple):
 
 
 def _check_numbers(weight: Any, tolerance: Any) -> None:
-    if not (is_number(weight) and LEAST_WEIGHT <= float(weight) <= MOST_WEIGHT):
-        if not (is_number(weight) and 0 < weight < math.inf):
-            raise SolveError(f"A weight is a finite number > 0, not {weight!r}.")
+    if not (is_number(weight) and 0 < weight < math.inf):
+        raise SolveError(f"A weight is a finite number > 0, not {weight!r}.")
+    if not LEAST_WEIGHT <= float(weight) <= MOST_WEIGHT:
         raise SolveError(
             f"A weight must be between {LEAST_WEIGHT:g} and {MOST_WEIGHT:g}; received {weight!r}."
         )

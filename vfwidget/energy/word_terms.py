@@ -71,6 +71,7 @@ class StayClose(Term):
 
     def proximity(self, text: Text) -> Mapping[str, tuple[Array, Array]]:
         reference = to_array(self.theta)
+        # np.full takes several times as long, and a drag asks for this at every event.
         weights = np.empty(reference.shape)
         weights.fill(self.weight)
         return {AXES: (weights, reference)}

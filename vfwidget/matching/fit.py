@@ -14,7 +14,7 @@ from ..energy.energy import Energy
 from ..errors import ImageError
 from ..solver.loss import LOSSES, signed_root
 from ..solver.problem import Tolerances
-from ..solver.status import CONVERGED, ITERATION_LIMIT, Outcome
+from ..solver.status import CONVERGED, Outcome
 from .looks import Looks, View
 from .scene import State
 
@@ -183,7 +183,7 @@ class _Beyond:
         promising = found.state.cost - self._least < gained
         if not promising:
             found = found._replace(state=replace(found.state, outcome=UNPROMISING))
-        if promising and self._most > TRIAL_STEPS and self._is_cut(found) and not self.used_up:
+        if promising and self._most > TRIAL_STEPS and found.cut and not self.used_up:
             rest = self._take(energy, found.state.x, self._most - TRIAL_STEPS)
             # It starts where the trial has ended.
             found = rest._replace(history=rest.history[1:]).after(found)
@@ -194,14 +194,8 @@ class _Beyond:
         allowed = min(most, self._left)
         found = self._descent(energy, start, allowed)
         self._left -= found.state.iterations
-        self.used_up |= allowed < most and self._is_cut(found)
+        self.used_up |= allowed < most and found.cut is not None
         return found
-
-    @staticmethod
-    def _is_cut(found: Descent) -> bool:
-        """Whether a descent ended because it was allowed no more steps."""
-        outcome = found.state.outcome
-        return outcome is not None and outcome.status == ITERATION_LIMIT
 
 
 def _state(energy: Energy, view: View, x: Array) -> State:
