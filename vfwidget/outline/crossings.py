@@ -147,20 +147,20 @@ def _changes(pairs: Any, height: Any, gap: Any, resolution: float) -> Changes:
     pair = here % gap.shape[1]
     rows = stacked([last.reshape(-1)[here], here // gap.shape[1] + 1])
     heights, gaps = height[rows, pair], gap[rows, pair]
-    beside = between(xp.where(rows[0] > 0, rows[0] - 1, rows[1] + 1), 0, len(gap) - 1)
-    part = _zero(heights, gaps, height[beside, pair], gap[beside, pair])
+    third = between(xp.where(rows[0] > 0, rows[0] - 1, rows[1] + 1), 0, len(gap) - 1)
+    part = _zero(heights, gaps, height[third, pair], gap[third, pair])
     return Changes(take(pairs, pair), heights, gaps, part)
 
 
-def _zero(height: Any, gap: Any, third: Any, beside: Any) -> Any:
+def _zero(height: Any, gap: Any, third_height: Any, third_gap: Any) -> Any:
     """Where between two heights (2, Q) a parabola is zero, as a share (Q,) of the way.
 
     It runs through the gaps (2, Q) there, which differ in sign, and that at a third height (Q,).
     A line takes its place where the third height is one of the two.
     """
     xp = namespace(gap)
-    u, rise = (third - height[0]) / (height[1] - height[0]), gap[1] - gap[0]
-    bend = (beside - gap[0] - rise * u) / (u * (u - 1))
+    u, rise = (third_height - height[0]) / (height[1] - height[0]), gap[1] - gap[0]
+    bend = (third_gap - gap[0] - rise * u) / (u * (u - 1))
     slope = rise - bend
     root = xp.sqrt(slope * slope - 4 * bend * gap[0])
     part = 2 * gap[0] / (xp.sign(gap[0]) * root - slope)

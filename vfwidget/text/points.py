@@ -27,8 +27,8 @@ from .origins import RIGHT
 from .place import AXES, OFFSETS, TRACKING
 
 PRODUCTS = 2**17
-"""Most multiplications of one product of matrices. BLAS gives larger ones to several threads, which
-wait for each other for many times as long where other programs are at work."""
+"""Most multiplications in one product of matrices. BLAS divides a larger product among threads. If
+other programs use the processor, waiting for these threads takes much longer than the product."""
 Values = Mapping[str, Any]
 """Arrays or tensors by block of unknowns: Θ (..., 1 or l, n), offsets (l, 2)."""
 
