@@ -129,6 +129,16 @@ def rotation_matrices(angles: Any) -> Array:
     return np.stack([cos, -sin, sin, cos], -1).reshape(*np.shape(angles), 2, 2)
 
 
+def holds_anywhere(mask: BoolArray) -> bool:
+    """Whether a mask of any shape holds somewhere; for a small one much quicker than ``any``."""
+    return True in mask.tobytes()
+
+
+def holds_everywhere(mask: BoolArray) -> bool:
+    """Whether a mask of any shape holds everywhere; for a small one much quicker than ``all``."""
+    return False not in mask.tobytes()
+
+
 def integers(value: Any) -> Any:
     """Whole numbers as indices."""
     return value.astype(np.intp) if type(value) is np.ndarray else value.long()

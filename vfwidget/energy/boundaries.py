@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..arrays import Array, BoolArray
+from ..arrays import Array, BoolArray, holds_anywhere
 from ..errors import GlyphError, SolveError
 from ..font.settings import F2DOT14
 from ..solver.status import ITERATION_LIMIT, OUT_OF_TIME, Outcome
@@ -217,7 +217,7 @@ def _sides(energy: Energy, found: Descent) -> Iterator[_Step]:
         return
     theta = energy.unknowns.value(AXES, found.state.x)
     at_side = energy.by_letter(at_bounds) & ~at_ends(text, theta)
-    if not np.count_nonzero(at_side):
+    if not holds_anywhere(at_side):
         return
     steps = held_axes(energy, found) / F2DOT14
     # Letters that are tied together have one unknown for each axis, and so one side.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, BoolArray
+from ..arrays import Array, BoolArray, holds_anywhere
 from ..solver.drivers import History, active_bounds, minimise
 from ..solver.problem import Problem, State, Tolerances
 from ..solver.status import ITERATION_LIMIT, TIME_LIMIT, Outcome
@@ -41,7 +41,7 @@ class Descent(NamedTuple):
         """Which unknowns (N,) are at a bound, or None if none of them is."""
         x = self.state.x
         found: BoolArray = (x <= self.problem.lower) | (x >= self.problem.upper)
-        return found if np.count_nonzero(found) else None
+        return found if holds_anywhere(found) else None
 
     @property
     def iterations(self) -> int:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Mapping, Sequence
+from functools import cached_property
+from itertools import repeat
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, BoolArray
+from ..arrays import Array, BoolArray, to_array
 from ..errors import AxisError, SolveError
 from ..solver.problem import Proximity, check_size, is_number
 from ..text import Handle, Text
@@ -16,7 +18,7 @@ from .affine import AffineTerm, compiled
 from .checked import blocks_of, bound, located, miss_of, no_terms, proximity_of
 from .handle_terms import Pin, Target
 from .rows import PointRows, wrong_rows
-from .term import Term, TermResult
+from .term import MET, Term, TermResult
 from .word_terms import StayClose
 
 
@@ -78,7 +80,8 @@ class Energy:
         self._options = free, locks, followers
         self.terms = [bound(term, text) for term in terms]
         blocks, added = _all_blocks(text, self.terms)
-        self._stand_at(text, Unknowns(blocks, free, added))
+        unknowns = Unknowns(blocks, free, added)
+        self._stand_at(text, unknowns, [proximity_of(term, text, unknowns) for term in self.terms])
         self._rows = [located(term, text) for term in self.terms]
         self.moves = any(term.moving for term in self.terms)
         self._compile()
@@ -96,7 +99,9 @@ class Energy:
         other = object.__new__(Energy)
         other.__dict__.update(self.__dict__)
         other.terms = [bound(term, text) for term in terms]
-        other._stand_at(text, self.unknowns.at(text.blocks))
+        unknowns = self.unknowns.at(text.blocks)
+        pulls = map(_around, other.terms, self._pulls, repeat(unknowns))
+        other._stand_at(text, unknowns, list(pulls))
         other._rows = [
             PointRows(term, rows.points, rows.automatic) if isinstance(rows, PointRows) else None
             for term, rows in zip(other.terms, self._rows, strict=True)
@@ -118,9 +123,9 @@ class Energy:
         """Whether the energy has these free blocks and locks, and no followers."""
         return self._options == (free, locks, 0)
 
-    def _stand_at(self, text: Text, unknowns: Unknowns) -> None:
-        """Take the bounds and the proximity from a text and its unknowns."""
-        self.text, self.unknowns = text, unknowns
+    def _stand_at(self, text: Text, unknowns: Unknowns, pulls: Sequence[Proximity | None]) -> None:
+        """Take the bounds from a text and its unknowns, and the proximity that each term has."""
+        self.text, self.unknowns, self._pulls = text, unknowns, pulls
         self.lower, self.upper = unknowns.lower, unknowns.upper
         _, locks, followers = self._options
         # Most terms have at least one residual, and each takes memory from here on.
@@ -157,7 +162,6 @@ class Energy:
         return found
 
     def _collect_proximity(self) -> None:
-        self._pulls = [proximity_of(term, self.text, self.unknowns) for term in self.terms]
         pulls = [pull for pull in self._pulls if pull is not None]
         if len(pulls) == 1:
             self.proximity = pulls[0]
@@ -205,6 +209,16 @@ class Energy:
                 self._linear[name] = self._compiled.by_block(name)
             elif np.count_nonzero(fixed):
                 self._constant = self._constant + self._compiled.by_block(name) @ fixed.ravel()
+
+    @cached_property
+    def least_goal(self) -> float:
+        """What it costs to miss a goal by its tolerance, for the goal of which this is least.
+
+        The unit is the same cost of a usual goal, whose weight is 1 and whose tolerance is half a
+        font unit. 1 if there is no goal.
+        """
+        goals = [t.weight * (t.tolerance / MET) ** 2 for t in self.terms if t.tolerance is not None]
+        return min(goals, default=1.0)
 
     def by_letter(self, values: Any) -> Any:
         """An array for the free unknowns (N,), as that of the axes in the shape of Θ."""
@@ -348,6 +362,13 @@ def _form(term: Term) -> Hashable | None:
     if not known or not (handle is None or isinstance(handle, Handle)):
         return None
     return kind, handle, term.weight
+
+
+def _around(term: Term, pull: Proximity | None, unknowns: Unknowns) -> Proximity | None:
+    """The proximity of a term whose form is that of another one, which has this proximity."""
+    if pull is None or not isinstance(term, StayClose):
+        return None
+    return Proximity(pull.weights, unknowns.flat({AXES: to_array(term.theta)}))
 
 
 def _joined(parts: Sequence[Array]) -> Array:

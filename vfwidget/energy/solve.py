@@ -23,7 +23,7 @@ from .energy import Energy
 from .handle_terms import Pin
 from .oblique import along_planes
 from .solution import UNREACHABLE, Solution
-from .term import MET, Term, TermResult
+from .term import Term, TermResult
 from .tied import Ties, energy_of
 
 LEAST_GAIN = 1e-4
@@ -117,7 +117,7 @@ def solve(
         raise SolveError(f"restarts must be a whole number ≥ 0; received {restarts!r}.")
     until = _end_of(restart_seconds)
     energy = energy_of(text, terms, free, locks, ties)
-    tolerances = _tolerances(step_tolerance, energy.terms)
+    tolerances = _tolerances(step_tolerance, energy)
 
     def run(energy: Energy, x: Array, deadline: float = until) -> Descent:
         def down(energy: Energy, x: Array) -> Descent:
@@ -187,13 +187,12 @@ def _end_of(seconds: float | None) -> float:
     return time.perf_counter() + float(seconds)
 
 
-def _tolerances(step: float, terms: Sequence[Term]) -> Tolerances:
+def _tolerances(step: float, energy: Energy) -> Tolerances:
     """The limits of a solve, which scale with the goal whose tolerance costs least.
 
     Gains that are small for a usual goal decide whether a goal of small weight is met.
     """
-    goals = [t.weight * (t.tolerance / MET) ** 2 for t in terms if t.tolerance is not None]
-    least = min(1.0, 1.0, *goals)
+    least = min(1.0, energy.least_goal)
     step = read_limit("step_tolerance", step)
     return Tolerances(step=step, absolute_cost=LEAST_GAIN * least, cost_floor=COST_FLOOR * least)
 

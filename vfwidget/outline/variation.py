@@ -24,7 +24,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, ArrayLike, BoolArray, IntArray, like, namespace, to_array
+from ..arrays import (
+    Array,
+    ArrayLike,
+    BoolArray,
+    IntArray,
+    holds_anywhere,
+    like,
+    namespace,
+    to_array,
+)
 
 ON_KINK = 1e-9
 """How close, in normalized units, a coordinate counts as standing on a breakpoint."""
@@ -142,7 +151,7 @@ class Slots:
         an axis that rests on a kink is evaluated on both sides of it.
         """
         for cell in self._cells:
-            if not np.count_nonzero((w <= cell.lower) | (w >= cell.upper)):
+            if not holds_anywhere((w <= cell.lower) | (w >= cell.upper)):
                 break
         else:
             cell = self._cell_at(w)

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias, cast
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, holds_anywhere
 from ..errors import SolveError
 from .levenberg_marquardt import init, step
 from .linearize import OFFSET
@@ -63,9 +63,9 @@ def answer(requests: Requests, functions: Mapping[Kind, Function]) -> Any:
     """Evaluate the functions that a generator requests until it returns; its return value."""
     with _quiet():
         try:
-            request = next(requests)
+            kind, x = next(requests)
             while True:
-                request = requests.send(functions[request.kind](request.x))
+                kind, x = requests.send(functions[kind](x))
         except StopIteration as end:
             return end.value
 
@@ -141,13 +141,13 @@ def minimise_batch(
     with _quiet():
         while requests:
             # A row without a request of this kind is evaluated at its last point, and ignored.
-            for row, request in requests.items():
-                points[row] = request.x
-            kinds = {request.kind for request in requests.values()}
+            for row, (_, x) in requests.items():
+                points[row] = x
+            kinds = {kind for kind, _ in requests.values()}
             values = {kind: functions[kind](points) for kind in kinds}
-            for row, request in list(requests.items()):
+            for row, (kind, _) in list(requests.items()):
                 try:
-                    requests[row] = solves[row].send(values[request.kind][row])
+                    requests[row] = solves[row].send(values[kind][row])
                 except StopIteration as end:
                     states[row] = end.value
                     del requests[row]
@@ -166,7 +166,7 @@ def active_bounds(problem: Problem, state: State, jacobian: Function) -> Array:
     state holds no model.
     """
     at_lower, at_upper = state.x <= problem.lower, state.x >= problem.upper
-    if not np.count_nonzero(at_lower | at_upper):
+    if not holds_anywhere(at_lower | at_upper):
         return np.zeros(len(state.x), dtype=int)
     if state.model is not None:
         gradient = state.model.gradient

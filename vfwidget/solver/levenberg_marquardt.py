@@ -80,7 +80,7 @@ def init(problem: Problem, start: Array) -> Requests:
     SolveError
         The residual is not a vector of finite numbers, or the problem is too large.
     """
-    residual = yield Request(Kind.RENEW if problem.renews else Kind.RESIDUAL, start)
+    residual = yield Kind.RENEW if problem.renews else Kind.RESIDUAL, start
     check_size(residual.size, start.size)
     return State(start, residual, finite_cost(problem, residual, start, "at the start"))
 
@@ -255,7 +255,7 @@ def _try(
         for met, end, bound in (d <= low, low, problem.lower), (d >= high, high, problem.upper):
             x = np.where(met, np.where(end == bound - state.x, bound, state.x + end), x)
     x = np.minimum(np.maximum(x, problem.lower), problem.upper)
-    residual = yield Request(Kind.RESIDUAL, x)
+    residual = yield Kind.RESIDUAL, x
     cost = problem.cost(residual, x)
     # The prediction is that of the straight step; a bent step must do at least as well.
     gain = (state.cost - cost) / predicted if predicted > 0 else -math.inf
@@ -267,7 +267,7 @@ def _bend(
 ) -> Generator[Request, Array, Array]:
     """The step plus half its geodesic acceleration, if that is a small enough correction."""
     d, low, high = proposal.d, proposal.low, proposal.high
-    ahead = yield Request(Kind.RESIDUAL, state.x + PROBE * d)
+    ahead = yield Kind.RESIDUAL, state.x + PROBE * d
     if not np.isfinite(ahead).all():
         return d
     assert state.model is not None

@@ -83,13 +83,8 @@ class Kind(str, Enum):
     RENEW = "renew"
 
 
-class Request(NamedTuple):
-    """A request to evaluate the function of this kind at x, (n,)."""
-
-    kind: Kind
-    x: Array
-
-
+Request: TypeAlias = tuple[Kind, Array]
+"""A request to evaluate the function of this kind at x, (n,)."""
 Requests: TypeAlias = Generator[Request, Array, Any]
 """A computation that yields requests, receives the values, and returns a result."""
 

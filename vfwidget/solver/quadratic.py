@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
-from ..arrays import Array, BoolArray, between
+from ..arrays import Array, BoolArray, between, holds_anywhere, holds_everywhere
 
 MANY = 24
 """With more equations than this, it takes less time to look for a variable at its bound than to
@@ -243,10 +243,10 @@ def minimise_over_box(
         d, free = start, (start > low) & (start < high)
     elif quadratic.equations > MANY:
         free = ~_held(d, quadratic.slope(d), low, high)
-    if free is None or np.count_nonzero(free) == len(free):
+    if free is None or holds_everywhere(free):
         new = quadratic.minimiser()
         leaves = (new < low) | (new > high)
-        if not np.count_nonzero(leaves):
+        if not holds_anywhere(leaves):
             return new, False
         d, reached = _toward(quadratic, d, new - d, leaves, low, high)
         free = ~reached
@@ -254,14 +254,14 @@ def minimise_over_box(
         step, slope = quadratic.newton(d, free)
         new = d + step
         leaves = (new < low) | (new > high)
-        if not np.count_nonzero(leaves):
+        if not holds_anywhere(leaves):
             value = quadratic.value(new)
             if value >= lowest:
                 # Releasing variables did not help: their slopes were only rounding errors.
                 break
             d, lowest = new, value
             released = ~free & ~_held(d, slope, low, high)
-            if not np.count_nonzero(released):
+            if not holds_anywhere(released):
                 break
             free |= released
             continue

@@ -7,7 +7,7 @@ from typing import cast
 
 from ..arrays import Array
 from .levenberg_marquardt import finite_cost
-from .problem import Kind, Problem, Request, Requests, State
+from .problem import Kind, Problem, Requests, State
 from .status import CONVERGED, NOT_FALLING, Outcome
 
 PATIENCE = 8
@@ -62,7 +62,7 @@ class Renewal:
             state.outcome = NOT_FALLING
 
     def _renew(self, state: State) -> Requests:
-        state.residual = yield Request(Kind.RENEW, state.x)
+        state.residual = yield Kind.RENEW, state.x
         when = f"renewed after step {state.iterations}"
         state.cost = finite_cost(self.problem, state.residual, state.x, when)
         state.model = None

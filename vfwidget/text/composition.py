@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, IntArray, to_array
+from ..arrays import Array, IntArray, holds_anywhere, to_array
 from ..font import Font
 from ..font.settings import Settings
 from ..outline.composed import Displaced
@@ -30,7 +30,7 @@ class Setting(NamedTuple):
 
     def misses(self, theta: Array) -> bool:
         """Whether Θ lies outside the box."""
-        return bool(np.count_nonzero((theta < self.lower) | (theta > self.upper)))
+        return holds_anywhere((theta < self.lower) | (theta > self.upper))
 
 
 class Composition:
