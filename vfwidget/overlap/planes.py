@@ -1,9 +1,10 @@
 r"""Contact planes: points of one shape that must stay on the outer side of a line (Sec. 5.2).
 
-Each sampled point p that lies in another shape, or nearer to it than the gap, has a nearest point b
-on that shape, where N is the outward normal. The residual is the paper's
-:math:`\max(0, N^T(b - p))`, with the gap added. Both p and b move with their letters. N and the
-pairs (p, b) are kept until the planes are found again.
+Each sampled point p that lies in another shape has a nearest point b on that shape, where N is the
+outward normal. The residual is the paper's :math:`\max(0, N^T(b - p))`, with the gap added. Points
+outside that are nearer to a shape than the gap have planes too. These points come from
+:mod:`.gaps`, because samples would miss the nearest ones. Both p and b move with their letters.
+N and the pairs (p, b) are kept until the planes are found again.
 """
 
 from __future__ import annotations
@@ -12,11 +13,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, IntArray
+from ..arrays import Array, BoolArray, IntArray
+from ..outline.arrangement import Spans
 from ..outline.contours import Contours
+from ..outline.cubics import bernstein
 from .collisions import Collisions
-from .contacts import Points, nearest, sampled
+from .contacts import nearest, sampled
+from .gaps import Gaps, Outlines
 from .shape import Shape
+
+ROUNDING = 1e-9
+"""Of a parameter: a point that is so near to the end of a part lies on it."""
 
 
 class Carried(NamedTuple):
@@ -80,44 +87,76 @@ def find_planes(
     gap : float
         Points outside the other shape count if they are nearer than this, in font units.
     """
-    counts = [sum(shape.sizes) for shape in letters]
-    starts = np.cumsum(counts) - counts
-    pairs = nearby.pairs + nearby.obstacle[:, None] * np.array([0, len(letters)])
     shapes = letters + obstacles
+    counts = [sum(shape.sizes) for shape in shapes]
+    starts, own = np.cumsum([0, *counts]), sum(counts[: len(letters)])
+    segments = np.concatenate([np.zeros((0, 4, 2)), *(shape.segments for shape in shapes)])
+    pairs = nearby.pairs + nearby.obstacle[:, None] * np.array([0, len(letters)])
     unions = {i: shapes[i].union() for i in set(pairs.ravel().tolist())}
+    ends = _inside(shapes, pairs, unions, nearby, starts)
+    if gap and len(pairs):
+        beside = Outlines(shapes, len(letters)).gaps(segments, gap)
+        beside = beside.some(_outside(beside, pairs, unions, starts))
+        ends.append(_Ends(beside.segment, beside.t, beside.normal))
+    segment, t, normal = (np.concatenate(values) for values in zip(*ends, strict=True))
 
-    def carried(shape: int, ends: Points) -> Carried:
-        if shape >= len(letters):
-            nothing = np.zeros((len(ends.t), 4))
-            return Carried(nothing.astype(np.intp), nothing, ends.position)
-        t = ends.t[:, None]
-        weights = np.concatenate(
-            [(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3], axis=1
-        )
-        index = contours.segments[starts[shape] + ends.segment]
-        return Carried(index, weights, np.zeros((len(t), 2)))
+    def carried(segment: IntArray, t: Array) -> Carried:
+        weights, moves = bernstein(t).T, segment < own
+        index = contours.segments[np.where(moves, segment, 0)]
+        places = (weights[:, None] @ segments[segment])[:, 0]
+        moves = moves[:, None]
+        return Carried(index, np.where(moves, weights, 0.0), np.where(moves, 0.0, places))
 
-    none = Points(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)))
-    points, bases, normals = (
-        [carried(len(letters), none)],
-        [carried(len(letters), none)],
-        [none.position],
-    )
-    for i, j in pairs.tolist():
-        for a, b in ((i, j), (j, i)):
-            ends = sampled(shapes[a], unions[a])
-            base = nearest(ends.position, shapes[b], unions[b])
-            away = ends.position - base.position
-            distance = np.hypot(*away.T)
-            side = np.where((away * base.outward).sum(1) < 0, -1.0, 1.0)
-            close = np.flatnonzero(side * distance < gap)
-            clear = distance[close, None] > 0
-            unit = (side[:, None] * away)[close] / np.where(clear, distance[close, None], 1.0)
-            points.append(carried(a, ends.some(close)))
-            bases.append(carried(b, base.some(close)))
-            normals.append(np.where(clear, unit, base.outward[close]))
-    return Planes(_joined(points), _joined(bases), np.concatenate(normals), gap)
+    return Planes(carried(segment[:, 0], t[:, 0]), carried(segment[:, 1], t[:, 1]), normal, gap)
 
 
-def _joined(parts: list[Carried]) -> Carried:
-    return Carried(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+class _Ends(NamedTuple):
+    """Q points p and b: segments (Q, 2) among all segments, parameters (Q, 2), and N (Q, 2)."""
+
+    segment: IntArray
+    t: Array
+    normal: Array
+
+
+def _inside(
+    shapes: list[Shape],
+    pairs: IntArray,
+    unions: dict[int, Spans],
+    nearby: Collisions,
+    starts: IntArray,
+) -> list[_Ends]:
+    """The sampled points of each shape that lie in another one."""
+    found = [_Ends(np.zeros((0, 2), dtype=np.intp), np.zeros((0, 2)), np.zeros((0, 2)))]
+    for p, pair in enumerate(pairs.tolist()):
+        for layer, (a, b) in enumerate((pair, pair[::-1])):
+            point = sampled(shapes[a], unions[a])
+            point = point.some(_on(nearby.common.spans_of(p, layer), point.segment, point.t))
+            if len(point.t):
+                base = nearest(point.position, shapes[b], unions[b])
+                way = base.position - point.position
+                length = np.hypot(*way.T)[:, None]
+                normal = np.where(length > 0, way / np.where(length > 0, length, 1), base.outward)
+                segment = np.stack([starts[a] + point.segment, starts[b] + base.segment], 1)
+                found.append(_Ends(segment, np.stack([point.t, base.t], 1), normal))
+    return found
+
+
+def _outside(gaps: Gaps, pairs: IntArray, unions: dict[int, Spans], starts: IntArray) -> BoolArray:
+    """Which gaps are between the boundaries of two shapes of a pair, and not inside one."""
+    asked = np.zeros((len(starts), len(starts)), dtype=bool)
+    asked[pairs, pairs[:, ::-1]] = True
+    kept = asked[gaps.shape[:, 0], gaps.shape[:, 1]] & (gaps.gap >= 0)
+    for i, union in unions.items():
+        for end in (0, 1):
+            at = np.flatnonzero(kept & (gaps.shape[:, end] == i))
+            kept[at] = _on(union, gaps.segment[at, end] - starts[i], gaps.t[at, end])
+    return kept
+
+
+def _on(spans: Spans, segment: IntArray, t: Array) -> BoolArray:
+    """Which points of a shape lie on the spans that have a weight, and so bound an area."""
+    bound = np.flatnonzero(spans.weight)
+    low, high = spans.start[bound] - ROUNDING, spans.end[bound] + ROUNDING
+    t = t[:, None]
+    on = (segment[:, None] == spans.cubic[bound]) & (low <= t) & (t <= high)
+    return np.asarray(on.any(1))
