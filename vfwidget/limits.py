@@ -45,8 +45,8 @@ class Limits:
     svg_elements: int = 5_000
     """Elements of an SVG after every ``use`` is expanded. Nested ones multiply."""
     svg_curves: int = 25_000
-    """Curves of an SVG. A stroke counts as its outline, of up to 22 curves for each of its own. To
-    read and join this many takes about a second."""
+    """Curves of an SVG. A stroke counts as its outline, which has about 20 curves for each curve
+    of its path. To read and join this many takes about a second."""
     curve_pairs: int = 120_000
     """Pairs of curves near enough to cross, of outlines that are drawn in one image or joined. A
     text has about five for each letter. This many take about a second and 0.6 GB of memory, and a

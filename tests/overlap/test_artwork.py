@@ -11,8 +11,6 @@ import vfwidget as vf
 from vfwidget.overlap.shape import read_obstacles
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">'
-CORNER = 1 - np.pi / 4
-"""What a round corner of radius 1 leaves of a square."""
 
 
 def artwork(body, **options):
@@ -35,16 +33,16 @@ def area(art):
         ('<path d="M0 0Q5 10 10 0"/>', 100 / 3),
         # Two shapes of opposite direction that overlap count once.
         ('<rect width="4" height="4"/><path d="M2 2V8H8V2Z"/>', 16 + 36 - 4),
-        # Strokes: their area, with round corners.
+        # Strokes: their area, with the tips of their corners.
         ('<line x2="10" stroke="black" stroke-width="2"/>', 20),
         ('<path d="M0 0H10" fill="none" stroke="red"/>', 10),
         (
             '<polyline points="0,0 10,0 10,10" fill="none" stroke="red" stroke-width="2"/>',
-            40 - CORNER,
+            40,
         ),
         (
             '<rect width="4" height="4" fill="none" stroke="#000" stroke-width="2"/>',
-            32 - 4 * CORNER,
+            32,
         ),
         ('<circle r="10" fill="none" stroke="black" stroke-width="2"/>', 40 * np.pi),
         # Transforms, groups and references.
@@ -139,11 +137,12 @@ def test_placements_that_are_none(options):
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("size", ["1e308", "1e12"])
-def test_enormous_coordinates_are_refused(size):
+@pytest.mark.parametrize(
+    "shape", ['<rect width="{}" height="9"/>', '<path d="M0 0H9" stroke="red" stroke-width="{}"/>']
+)
+def test_enormous_coordinates_are_refused(size, shape):
     with pytest.raises(vf.OverlapError, match="coordinates must be finite and at most"):
-        vf.Artwork(
-            f'<svg xmlns="http://www.w3.org/2000/svg"><rect width="{size}" height="9"/></svg>'
-        )
+        artwork(shape.format(size))
 
 
 def test_many_shapes_are_joined_at_once():

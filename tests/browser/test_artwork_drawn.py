@@ -1,0 +1,76 @@
+"""Artwork from SVG is what Chromium draws."""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+import vfwidget as vf
+
+SIZE = 200
+HALF_COVERED = 0.4
+"""A pixel differs if its coverage differs by more; edges differ by less."""
+CASES = {
+    "transforms": '<g transform="translate(100 20) rotate(30)"><g transform="scale(1.5 .5)">'
+    '<rect x="5" y="5" width="40" height="60" transform="rotate(10 20 20) skewX(20)"/></g></g>',
+    "symbols": '<symbol id="a" viewBox="0 0 20 10" preserveAspectRatio="xMinYMax slice">'
+    '<rect x="2" y="2" width="15" height="6"/></symbol>'
+    '<use href="#a" x="9" width="60" height="90"/>'
+    '<use href="#a" x="90" y="90" width="99" height="9" transform="rotate(5)"/>',
+    "nested": '<svg x="40" y="30" width="99" height="50" viewBox="0 0 10 10"><circle cx="50%" '
+    'cy="50%" r="60%"/><svg viewBox="0 0 4 4"><rect width="2" height="25%"/></svg></svg>',
+    "clips": '<style>.k{clip-path:url(#c)}</style><clipPath id="a"><rect x="50" width="200" '
+    'height="200"/></clipPath><clipPath id="c" clip-path="url(#a)"><circle cx="60" cy="60" r="30"/>'
+    '</clipPath><g clip-path="url(#a)"><rect class="k" x="20" y="20" width="150" height="100"/>'
+    '<path d="M0 150H200" stroke="#000" stroke-width="30" transform="skewY(5)"/></g>',
+    "styles": "<style>/* .a{} */ #x{fill:black}.a,.b{fill:none}.n .b{fill:black;stroke:black;"
+    'stroke-width:9}rect.c{opacity:0}</style><rect id="x" class="a" width="40" height="40"/>'
+    '<rect class="a" width="200" height="200"/><g class="n"><circle class="b" cx="99" cy="99" '
+    'r="30"/></g><rect class="c" width="200" height="200"/>',
+    "joins": '<g fill="none" stroke="#000" stroke-width="18"><path d="M20 80L60 20L99 80"/>'
+    '<path d="M20 170L60 110L99 170" stroke-linejoin="round"/><path stroke-linejoin="bevel" '
+    'd="M120 80L150 20L180 80"/><path d="M130 180L140 110L150 180" stroke-miterlimit="2"/></g>',
+    "caps": '<g fill="none" stroke="#000" stroke-width="24"><path d="M40 50L150 20"/>'
+    '<path d="M40 90L150 60" stroke-linecap="round"/><path d="M40 150C40 100 90 100 150 150" '
+    'stroke-linecap="square"/><path d="M180 180h0" stroke-linecap="round"/></g>',
+    "dashes": '<g fill="none" stroke="#000" stroke-width="12" stroke-dasharray="30 10 5">'
+    '<path d="M10 20H190"/><path d="M10 50H190" stroke-dashoffset="15"/><path d="M20 80H180V180'
+    'H20Z" stroke-linecap="round" stroke-dasharray="40 25"/></g>',
+    "curves": '<g fill="none" stroke="#000" stroke-width="20">'
+    '<path d="M20 150C20 20 99 20 99 150"/>'
+    '<path d="M130 160C130 60 160 60 160 160" stroke-width="50"/>'
+    '<path d="M20 190A60 9 5 1 1 90 190" stroke-width="5"/></g>',
+    "pens": '<g fill="none" stroke="#000" stroke-width="6"><g transform="scale(4 2)">'
+    '<circle cx="20" cy="30" r="12"/></g><g transform="translate(190 99) skewX(30) scale(-1 1)">'
+    '<path d="M0 0L60 20L9 80"/></g><path transform="scale(9 1)" d="M2 190H20" '
+    'vector-effect="non-scaling-stroke"/></g>',
+    "arcs": '<path d="M20 20A0 30 0 0 1 90 20V60Z"/><path d="M10 100a50 30 30 01110 20z"/>'
+    '<path d="M60 190A-60 40 -20 1 0 100 150Z"/>',
+}
+
+
+def coverage(image: bytes) -> np.ndarray:
+    """The ink of a picture, black on nothing, in 0 … 1."""
+    pixels = np.asarray(Image.open(io.BytesIO(image)).convert("RGBA")) / 255
+    return pixels[..., 3] * (1 - pixels[..., :3].min(-1))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_it_is_what_a_browser_draws(name: str, browser: Any) -> None:
+    size = f'width="{SIZE}" height="{SIZE}"'
+    source = f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{CASES[name]}</svg>'
+    page = browser.new_page(viewport={"width": SIZE, "height": SIZE})
+    page.goto("data:image/svg+xml;base64," + base64.b64encode(source.encode()).decode())
+    drawn = coverage(page.screenshot(omit_background=True))
+    page.close()
+    contours = [torch.tensor(contour) for contour in vf.Artwork(source).contours]
+    down = np.array([[1.0, 0, 0], [0, -1, 0]])
+    ours = vf.rasterize(contours, size=(SIZE, SIZE), transform=down).numpy()
+    assert drawn.sum() > 1000
+    assert (abs(ours - drawn) > HALF_COVERED).sum() <= 8

@@ -1,0 +1,277 @@
+"""What an SVG document draws: definitions, references, viewports, styles and clip paths."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+import vfwidget as vf
+from vfwidget.overlap.shape import read_obstacles
+
+NAMESPACES = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
+ONE = '<rect id="one" width="1" height="1"/>'
+"""A square that every document draws, so that it is not empty."""
+
+
+def artwork(body, attributes=""):
+    return vf.Artwork(f"<svg {NAMESPACES} {attributes}>{body}</svg>")
+
+
+def area(body, attributes=""):
+    return read_obstacles([artwork(body, attributes)])[0].area()
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["defs", "symbol", "clipPath", "mask", "marker", "pattern", "metadata", "unknown", "text"],
+)
+def test_what_is_not_drawn_by_itself(name):
+    assert area(f'{ONE}<{name}><rect width="9" height="9"/></{name}>') == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        'opacity="0"',
+        'opacity="0%"',
+        'style="opacity:0"',
+        'fill-opacity="0"',
+        'fill="transparent"',
+        'fill="rgba(0,0,0,0)"',
+        'fill="none"',
+        'display="none"',
+        'visibility="hidden"',
+        'visibility="collapse"',
+        'style="fill: none"',
+        'class="hidden"',
+        'fill="red" style="fill:none !important"',
+    ],
+)
+def test_what_is_not_visible(hidden):
+    style = "<style>.hidden{fill:none}</style>"
+    assert area(f'{style}{ONE}<rect {hidden} width="9" height="9"/>') == pytest.approx(1)
+    assert area(f'{style}{ONE}<g {hidden}><rect width="9" height="9"/></g>') == pytest.approx(1)
+
+
+def test_a_shape_in_a_hidden_group_may_be_visible():
+    body = '<g visibility="hidden"><rect width="9" height="9"/><circle r="1" {}/></g>'
+    assert area(ONE + body.format("")) == pytest.approx(1)
+    shown = body.format('cx="20" visibility="visible"')
+    assert area(ONE + shown) == pytest.approx(1 + np.pi, rel=1e-3)
+    # Nothing shows again what is not displayed.
+    assert area(f'{ONE}<g display="none"><circle r="9" display="inline"/></g>') == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        '<rect width="-9" height="2"/>',
+        '<rect height="2"/>',
+        '<rect width="9"/>',
+        '<circle r="-9"/>',
+        '<ellipse rx="3" ry="0"/>',
+        '<path d=""/>',
+        '<path d="none"/>',
+        '<path d="L9 9V0Z"/>',
+        "<path/>",
+        "<polygon/>",
+    ],
+)
+def test_shapes_without_a_size(shape):
+    assert area(f"{ONE}{shape}", 'width="50" height="50"') == pytest.approx(1)
+
+
+SYMBOL = '<symbol id="s" viewBox="0 0 10 10"{}><rect width="5" height="10"/></symbol>'
+
+
+@pytest.mark.parametrize(
+    "body, want",
+    [
+        (SYMBOL.format("") + '<use href="#s" width="20" height="20"/>', 200),
+        (SYMBOL.format("") + '<use href="#s" width="20" height="40"/>', 200),
+        (SYMBOL.format(' preserveAspectRatio="none"')
+         + '<use href="#s" width="20" height="40"/>', 400),
+        # Without a size, a symbol is as large as the viewport around it.
+        (SYMBOL.format("") + '<use href="#s"/>', 5000),
+        ('<symbol id="s"><rect width="5" height="10"/></symbol><use xlink:href="#s"/>', 50),
+        # The content of a symbol ends at its viewport.
+        (
+            '<symbol id="s"><rect x="-9" width="99" height="99"/></symbol>'
+            '<use href="#s" x="9" width="20" height="10"/>',
+            200,
+        ),
+        (
+            '<symbol id="s" overflow="visible"><rect width="30" height="30"/></symbol>'
+            '<use href="#s" width="20" height="10"/>',
+            900,
+        ),
+        ('<svg x="5" width="50" height="25" viewBox="0 0 10 10"><rect width="9" height="9"/></svg>',
+         22.5**2),
+        ('<svg width="50" height="50"><rect width="50%" height="10%"/></svg>', 125),
+        ('<svg width="0" height="50"><rect width="5" height="5"/></svg>' + ONE, 1),
+        ('<rect width="50%" height="10%"/>', 500),
+        ('<line x2="50%" stroke="red" stroke-width="1%"/>', 50),
+        ('<rect width="1em" height="1in"/>', 16 * 96),
+        ('<ellipse rx="3"/>', 9 * np.pi),
+        ('<defs><rect id="a" width="2" height="2"/><rect id="a" width="9" height="9"/></defs>'
+         '<use href="#a"/>', 4),
+        (
+            '<defs><rect id="a" width="2" height="2"/><use id="b" href="#a" x="2"/></defs>'
+            '<use href="#b" y="3"/>',
+            4,
+        ),
+        ('<g fill="none"><rect fill="inherit" width="9" height="9"/></g>' + ONE, 1),
+        ('<use href="#nothing"/><use/>' + ONE, 1),
+        (
+            '<switch><foreignObject requiredExtensions="x"/><g>' + ONE + "</g>"
+            '<rect width="9" height="9"/></switch>',
+            1,
+        ),
+    ],
+)  # fmt: skip
+def test_references_and_viewports(body, want):
+    assert area(body, 'width="100" height="100"') == pytest.approx(want, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "attributes, scale",
+    [
+        ('viewBox="0 0 50 50"', 1),
+        ('viewBox="0 0 50 50" width="100" height="100"', 2),
+        ('viewBox="0 0 50 50" width="100"', 2),
+        ('viewBox="0 0 50 50" height="100"', 2),
+        ('viewBox="0 0 50 50" width="100%"', 1),
+        ('viewBox="0 0 50 50" width="1in" height="1in"', 96 / 50),
+        ('viewBox="0 0 50 50" x="9" y="9"', 1),
+        ('viewBox="0 0 50 0"', 1),
+        ("", 1),
+    ],
+)
+def test_the_size_of_the_document(attributes, scale):
+    box = artwork('<rect x="10" y="20" width="30" height="5"/>', attributes).box
+    np.testing.assert_allclose(box, np.array([[10, -25], [40, -20]]) * scale)
+
+
+@pytest.mark.parametrize(
+    "css, shown",
+    [
+        ("rect{fill:none}", False),
+        ("*{fill:none}", False),
+        (".a{fill:none}", False),
+        ("#one{fill:none}", False),
+        ("rect.a{fill:none}", False),
+        ("circle.a{fill:none}", True),
+        (".b, .a{fill:none}", False),
+        ("/* {} */ .a{fill:none}/* .a{fill:red} */", False),
+        ("g.g rect{fill:none}", False),
+        ("g.g .a{fill:none}", False),
+        ("g.h rect{fill:none}", True),
+        ("#one{fill:red} .a{fill:none} rect{fill:none}", True),
+        (".a{fill:red} rect{fill:none}", True),
+        (".a{fill:none} .a{fill:red}", True),
+        ("#one{fill:red} rect{fill:none !important}", False),
+        (".a:hover{fill:none}", True),
+        ("}}{{.a{fill", True),
+    ],
+)
+def test_style_sheets(css, shown):
+    square = '<rect class="x a" id="one" width="2" height="2"/>'
+    for sheet in (css, f"<![CDATA[{css}]]>"):
+        body = f'<g class="g">{square}</g><circle cx="9" r="1"/><defs><style>{sheet}</style></defs>'
+        if css.startswith("*"):
+            with pytest.raises(vf.OverlapError, match="draws nothing"):
+                artwork(body)
+        else:
+            assert area(body) == pytest.approx(np.pi + 4 * shown, rel=1e-3)
+
+
+CLIP = '<clipPath id="c"{}><rect width="10" height="10"/></clipPath>'
+WIDE = '<rect x="5" y="5" width="90" height="90" clip-path="url(#c)"/>'
+
+
+@pytest.mark.parametrize(
+    "body, want",
+    [
+        (CLIP.format("") + WIDE, 25),
+        (CLIP.format(' transform="scale(2)"') + WIDE, 225),
+        (CLIP.format("") + '<g transform="translate(50)" clip-path="url(#c)">' + ONE + "</g>", 1),
+        ('<style>g{clip-path:url("#c")}</style>' + CLIP.format("") + f"<g>{WIDE}</g>", 25),
+        # A clip path that is clipped, and one within another.
+        (CLIP.format(' clip-path="url(#d)"') + '<clipPath id="d"><rect width="7" height="99"/>'
+         "</clipPath>" + WIDE, 10),
+        (CLIP.format("") + '<clipPath id="d"><rect width="7" height="99"/></clipPath>'
+         '<g clip-path="url(#d)">' + WIDE + "</g>", 10),
+        # What is painted in a clip path does not matter, but its rule does.
+        ('<clipPath id="c"><path fill="none" clip-rule="evenodd" '
+         'd="M0 0H20V20H0Z M10 10H15V15H10Z"/></clipPath>' + WIDE, 200),
+        ('<clipPath id="c"><use href="#r"/></clipPath><defs><rect id="r" width="9" height="9"/>'
+         "</defs>" + WIDE, 16),
+        (CLIP.format("") + '<path d="M0 5H90" stroke="red" stroke-width="4" clip-path="url(#c)"/>',
+         40),
+        ('<clipPath id="c"/>' + WIDE + ONE, 1),
+        # Nothing is known of these.
+        (WIDE, 8100),
+        (CLIP.format(' clipPathUnits="objectBoundingBox"') + WIDE, 8100),
+    ],
+)  # fmt: skip
+def test_clip_paths(body, want):
+    assert area(body) == pytest.approx(want, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "<s:svg xmlns:s='http://www.w3.org/2000/svg'><s:rect width='2' height='1'/></s:svg>",
+        "<svg><rect width='2' height='1'/></svg>",
+        '<?xml version="1.0" encoding="ISO-8859-1"?><!DOCTYPE svg PUBLIC "a" "b"><!-- é -->'
+        f"<svg {NAMESPACES}><title>é</title><rect width='2' height='1'/><?x y?></svg>",
+        f"<svg {NAMESPACES} xmlns:x='urn:x'><x:rect width='9' height='9'/>"
+        "<rect width='2' height='1'/></svg>",
+    ],
+)
+def test_names_and_headers(source):
+    assert read_obstacles([vf.Artwork(source)])[0].area() == pytest.approx(2)
+
+
+LONG = "M0 0" + "h1" * 1_000_000
+MANY = '<use href="#p"/>' * 2000
+
+
+@pytest.mark.parametrize(
+    "body, message",
+    [
+        ('<line x2="9"/>', "draws nothing"),
+        (f'{WIDE}<clipPath id="c"/>', "draws nothing"),
+        (f'<path id="p" d="{LONG}"/>{MANY}', "at least 1,000,000 curves"),
+        (f'<polygon id="p" points="{"1 2 " * 500_000}"/>{MANY}', "at least 500,000 curves"),
+        (f'<rect id="p" width="9" height="9" transform="{"scale(1)" * 99_999}"/>{MANY}',
+         "transform has 799,992 characters"),
+        ("<style>" + ".a{fill:red}" * 9_999 + f'</style><rect id="p"/>{MANY}', "9,999 rules"),
+        ('<path d="M0 0H9e5" stroke="red" stroke-dasharray="1e-3"/>', "curves"),
+        ('<clipPath id="c" clip-path="url(#c)"/><rect clip-path="url(#c)"/>', "uses itself"),
+    ],
+)  # fmt: skip
+def test_documents_that_are_refused_at_once(body, message):
+    start = time.perf_counter()
+    with pytest.raises(vf.OverlapError, match=message):
+        artwork(body)
+    assert time.perf_counter() - start < 10
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "<style>" + "a" * 2_000_000 + "</style>" + ONE,
+        "<style>" + "/*" * 1_000_000 + "</style>" + ONE,
+        "<style>" + "a " * 1_000_000 + "{}</style>" + ONE,
+        f'<rect id="p" width="1" height="1" style="{"fill:red;" * 99_999}"/>{MANY[:1600]}',
+        f'<rect id="p" width="1" height="1" stroke-dasharray="{"1 " * 99_999}"/>{MANY[:1600]}',
+    ],
+    ids=["a selector", "comments", "a long selector", "a long style", "many dashes"],
+)
+def test_long_styles_take_no_time(body):
+    start = time.perf_counter()
+    assert area(body) == pytest.approx(1)
+    assert time.perf_counter() - start < 10

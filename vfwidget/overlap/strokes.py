@@ -1,0 +1,303 @@
+"""Strokes as areas: strips along the segments of a path, joins at its corners, caps at its ends.
+
+All contours of a stroke have one direction, so that together they are filled nonzero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..outline.cubics import bernstein
+from ..outline.union import without_overlaps
+from .shape import polygon
+
+STEPS, PER_CUBIC = 16, 2
+"""Points at which the bend of a curve is looked at, and how many of them a cubic of the stroke's
+outline replaces."""
+STRAIGHT = 1e-6
+"""A segment is straight if its handles are so near to the thirds of its chord, by its size."""
+FINE = 64
+"""Straight steps by which the length of a curve is measured."""
+LEAST_CURVES = 4
+"""Curves around a straight side of a stroke."""
+PARALLEL = 1e-6
+"""Sine of the angle between two segments below which they need no join."""
+QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
+"""Turns vectors to the right by a right angle; y points up."""
+OVERLAP = 1e-3
+"""By how much of half a stroke's width a join and a cap reach into the strip, so that rounding
+leaves no crack between them."""
+ROUND = 4 / 3 * math.tan(math.pi / 8)
+"""Length of the handles of a quarter circle of radius 1."""
+
+
+class Pen(NamedTuple):
+    """How a path is stroked.
+
+    Attributes
+    ----------
+    width : float
+    cap : str
+        "butt", "round" or "square".
+    join : str
+        "miter", "round" or "bevel".
+    limit : float
+        The longest miter, by the width of the stroke. Longer ones are cut off.
+    dashes : tuple of float
+        Lengths of dashes and gaps in turn; empty for a line without gaps.
+    offset : float
+        Where in the dashes the path begins.
+    """
+
+    width: float
+    cap: str = "butt"
+    join: str = "miter"
+    limit: float = 4.0
+    dashes: tuple[float, ...] = ()
+    offset: float = 0.0
+
+
+def stroked(segments: Array, closed: bool, pen: Pen) -> list[Array]:
+    """The contours of the stroke of a path (s, 4, 2)."""
+    long = segments[np.ptp(segments, 1).any(1)]
+    half = pen.width / 2
+    if not len(long):
+        return _dot(segments[0, 0], half, pen.cap)
+    if closed and not np.array_equal(long[-1, 3], long[0, 0]):
+        long = np.concatenate([long, _line(long[-1, 3], long[0, 0])[None]])
+    contours = []
+    for line in _dashed(long, pen) if pen.dashes else [long]:
+        whole, start = closed and line is long, line[0, 0]
+        line = line[np.ptp(line, 1).any(1)]
+        if not len(line):
+            contours += _dot(start, half, pen.cap)
+            continue
+        contours += _bars(line, whole, pen)
+        if not whole:
+            contours += _cap(line[0, 0], -_direction(line[0], 0), half, pen.cap)
+            contours += _cap(line[-1, 3], _direction(line[-1], 1), half, pen.cap)
+    return contours
+
+
+def _bars(line: Array, closed: bool, pen: Pen) -> list[Array]:
+    """The strips along the segments of a path (s, 4, 2), and the joins between them."""
+    half = pen.width / 2
+    edges, folded = zip(*(_edges(cubic, half) for cubic in line), strict=True)
+    contours, run = list[Array](), list[Edges]()
+    followers = [*line[1:], *(line[:1] if closed else [])]
+    pairs = list(zip(line, followers, strict=False))
+    smooth = [_is_smooth(*pair) for pair in pairs]
+    if closed and all(smooth) and not any(folded):
+        return _ring(edges)
+    for pair, goes_on in zip(pairs, smooth, strict=True):
+        contours += [] if goes_on else _join(*pair, pen)
+    # In a closed path, the first strip is one after a corner.
+    first = smooth.index(False) + 1 if closed and False in smooth else 0
+    order = np.roll(np.arange(len(line)), -first).tolist()
+    for i in order:
+        if folded[i]:
+            contours += _folded(edges[i])
+            continue
+        run.append(edges[i])
+        following = (i + 1) % len(line)
+        if i >= len(smooth) or not smooth[i] or folded[following] or i == order[-1]:
+            contours.append(_strip(run))
+            run = []
+    return contours
+
+
+def count_dashes(segments: Array, pen: Pen) -> int:
+    """About how many dashes a path (s, 4, 2) has."""
+    if not pen.dashes:
+        return 0
+    length = np.hypot(*np.diff(segments, axis=1).reshape(-1, 2).T).sum()
+    return int(min(length / sum(pen.dashes) * len(pen.dashes) / 2, 1e9))
+
+
+def _line(start: Array, end: Array) -> Array:
+    return np.stack([start, (2 * start + end) / 3, (start + 2 * end) / 3, end])
+
+
+def _direction(cubic: Array, end: int) -> Array:
+    """The unit vector along a cubic (4, 2) at its start (0) or its end (1)."""
+    points = cubic[::-1] if end else cubic
+    # A handle may have no length.
+    way = next(point - points[0] for point in points[1:] if (point != points[0]).any())
+    way = way / np.hypot(*way)
+    return -way if end else way
+
+
+Edges = tuple[Array, Array]
+"""The right and the left edge of a strip, cubics (e, 4, 2) in the direction of the path."""
+
+
+def _edges(cubic: Array, half: float) -> tuple[Edges, bool]:
+    """The edges half a stroke's width beside a cubic (4, 2), and whether one of them turns back."""
+    thirds = (2 * cubic[[0, 3]] + cubic[[3, 0]]) / 3
+    if np.allclose(cubic[1:3], thirds, rtol=0, atol=STRAIGHT * np.ptp(cubic, 0).max()):
+        right = half * _direction(cubic, 0) @ QUARTER
+        one, other = (_line(cubic[0] + side, cubic[3] + side)[None] for side in (right, -right))
+        return (one, other), False
+    t = np.linspace(0, 1, STEPS + 1)
+    sides = np.diff(cubic, axis=0)
+    middle, slope = bernstein(t).T @ cubic, 3 * _quadratic(t).T @ sides
+    bend = 6 * np.stack([1 - t, t], 1) @ np.diff(sides, axis=0)
+    speed = np.hypot(*slope.T)[:, None]
+    along = slope / np.where(speed > 0, speed, 1.0)
+    along[[0, -1]] = _direction(cubic, 0), _direction(cubic, 1)
+    right = half * along @ QUARTER
+    # An edge is longer or shorter than the middle where the curve is bent.
+    turn = half * _cross(along, bend)[:, None] / np.where(speed > 0, speed, np.inf) ** 2
+    one, other = (_smooth(middle + s * right, slope * (1 + s * turn)) for s in (1, -1))
+    return (one, other), bool(abs(turn).max() >= 1 or not speed[1:-1].min() > 0)
+
+
+def _folded(edges: Edges) -> list[Array]:
+    """The strip between edges one of which turns back, so that parts of it run backwards."""
+    found = []
+    for right, left in zip(*edges, strict=True):
+        piece = _strip([(right[None], left[None])])
+        # Outlines without overlaps run the other way round.
+        found += [part[::-1, ::-1] for part in without_overlaps(piece, [len(piece)])]
+    return found
+
+
+def _strip(edges: Sequence[Edges]) -> Array:
+    """The strip between the edges of segments that continue each other."""
+    right, left = (_continued(side) for side in zip(*edges, strict=True))
+    back = left[::-1, ::-1]
+    over = _line(right[-1, 3], back[0, 0]), _line(back[-1, 3], right[0, 0])
+    return np.concatenate([right, over[0][None], back, over[1][None]])
+
+
+def _ring(edges: Sequence[Edges]) -> list[Array]:
+    """The strip along a closed path without corners: two contours."""
+    right, left = (_continued(side) for side in zip(*edges, strict=True))
+    right[-1, 3], left[-1, 3] = right[0, 0], left[0, 0]
+    return [right, left[::-1, ::-1]]
+
+
+def _continued(parts: Sequence[Array]) -> Array:
+    """Cubics one after the other, each from the end of the one before."""
+    edge = np.concatenate(parts)
+    edge[1:, 0] = edge[:-1, 3]
+    return edge
+
+
+def _quadratic(t: Array) -> Array:
+    """The weights of the three control points of a quadratic at parameters t: (3, …)."""
+    return np.array([(1 - t) ** 2, 2 * t * (1 - t), t * t])
+
+
+def _cross(first: Array, second: Array) -> Array:
+    return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
+
+
+def _smooth(points: Array, slopes: Array) -> Array:
+    """Cubics through some of the points (STEPS + 1, 2), with the slopes there by t in 0 … 1."""
+    points, handles = points[::PER_CUBIC], slopes[::PER_CUBIC] * PER_CUBIC / STEPS / 3
+    corners = [points[:-1], points[:-1] + handles[:-1], points[1:] - handles[1:], points[1:]]
+    return np.stack(corners, 1)
+
+
+def _is_smooth(before: Array, after: Array) -> bool:
+    """Whether a path goes on in the same direction."""
+    first, second = _direction(before, 1), _direction(after, 0)
+    return bool(abs(_cross(first, second)) < PARALLEL and first @ second > 0)
+
+
+def _join(before: Array, after: Array, pen: Pen) -> list[Array]:
+    """The area beyond the strips of two segments where the path turns."""
+    corner, half = after[0], pen.width / 2
+    first, second = _direction(before, 1), _direction(after, 0)
+    sine, cosine = float(_cross(first, second)), float(first @ second)
+    if pen.join == "round":
+        return [_disc(corner, half)]
+    if abs(sine) < PARALLEL:
+        return []
+    # The outer side of the turn.
+    side = half if sine > 0 else -half
+    one, other = (corner + side * way @ QUARTER for way in (first, second))
+    within = OVERLAP * half
+    corners = [
+        corner - OVERLAP * (one + other - 2 * corner),
+        one - within * first,
+        one,
+        other,
+        other + within * second,
+    ]
+    miter = math.sqrt(2 / (1 + cosine))
+    if pen.join != "bevel" and miter <= pen.limit:
+        corners.insert(3, corner + (one + other - 2 * corner) * miter**2 / 2)
+    return [polygon(np.array(corners if sine > 0 else corners[::-1]))]
+
+
+def _cap(end: Array, out: Array, half: float, cap: str) -> list[Array]:
+    """What is beyond the end of an open path."""
+    if cap == "round":
+        return [_disc(end, half)]
+    return [_bar(end - OVERLAP * half * out, end + half * out, half)] if cap == "square" else []
+
+
+def _dot(place: Array, half: float, cap: str) -> list[Array]:
+    """The stroke of a path without length."""
+    if cap == "square":
+        side = np.array([half, 0.0])
+        return [_bar(place - side, place + side, half)]
+    return [_disc(place, half)] if cap == "round" else []
+
+
+def _bar(start: Array, end: Array, half: float) -> Array:
+    """The strip along a straight line."""
+    right = half * (end - start) / np.hypot(*(end - start)) @ QUARTER
+    return polygon(np.array([start + right, end + right, end - right, start - right]))
+
+
+def _disc(centre: Array, radius: float) -> Array:
+    out = radius * np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])
+    along = ROUND * np.roll(out, -1, 0)
+    following = np.roll(out, -1, 0)
+    return centre + np.stack([out, out + along, following + ROUND * out, following], 1)
+
+
+def _dashed(segments: Array, pen: Pen) -> list[Array]:
+    """The dashes of a path (s, 4, 2), each a path of its own."""
+    t = np.linspace(0, 1, FINE + 1)
+    steps = np.diff(bernstein(t).T @ segments, axis=1)
+    lengths = np.concatenate([[0.0], np.hypot(*steps.reshape(-1, 2).T).cumsum()])
+    places = np.arange(len(lengths)) / FINE
+    pattern = np.array(pen.dashes * (1 + len(pen.dashes) % 2))
+    ends = np.concatenate([[0.0], pattern.cumsum()])
+    begin = -(pen.offset % ends[-1])
+    repeats = np.arange(math.ceil((lengths[-1] - begin) / ends[-1]))
+    starts = (begin + repeats[:, None] * ends[-1] + ends[:-1:2]).ravel()
+    stops = starts + np.tile(pattern[::2], len(repeats))
+    inside = ((stops > 0) | (starts == 0)) & (starts < lengths[-1])
+    cuts = np.interp([starts[inside], stops[inside]], lengths, places).T
+    return [_between(segments, *cut) for cut in cuts.tolist()]
+
+
+def _between(segments: Array, low: float, high: float) -> Array:
+    """The part of a path from segment and parameter ``low`` to ``high``, as one number each."""
+    first, last = int(low), max(int(low), math.ceil(high) - 1)
+    first, last = min(first, len(segments) - 1), min(last, len(segments) - 1)
+    part = segments[first : last + 1].copy()
+    part[-1] = _cut(part[-1], high - last)[0]
+    start = low - first
+    # The last segment may be the first one too, of which only a part is left.
+    scale = high - last if first == last else 1.0
+    part[0] = _cut(part[0], start / scale if scale else 0.0)[1]
+    return part
+
+
+def _cut(cubic: Array, t: float) -> tuple[Array, Array]:
+    """Both parts of a cubic (4, 2)."""
+    rows = [cubic]
+    for _ in range(3):
+        rows.append(rows[-1][:-1] * (1 - t) + rows[-1][1:] * t)
+    return np.stack([row[0] for row in rows]), np.stack([row[-1] for row in rows[::-1]])

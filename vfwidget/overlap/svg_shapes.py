@@ -1,0 +1,220 @@
+"""The areas that the shapes of an SVG fill and stroke."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import OverlapError
+from ..limits import limits
+from .strokes import LEAST_CURVES, Pen, count_dashes, stroked
+from .svg_tree import Drawn, number
+
+GEOMETRY = frozenset("d points x y x1 y1 x2 y2 cx cy r rx ry width height".split())
+"""The attributes that give a shape its form."""
+NUMBER = re.compile(r"[0-9]*\.?[0-9]+")
+
+
+class Painted(NamedTuple):
+    """An area that is filled by one rule: even-odd or nonzero."""
+
+    contours: list[Array]
+    even_odd: bool
+
+
+class Outline(NamedTuple):
+    """The path of a shape.
+
+    Attributes
+    ----------
+    subpaths : list of ((s, 4, 2) array, bool)
+        Cubic segments in the shape's own coordinates, and whether they are closed.
+    linear, shift : (2, 2) and (2,) arrays
+        From these coordinates to those of the document.
+    """
+
+    subpaths: list[tuple[Array, bool]]
+    linear: Array
+    shift: Array
+
+    def placed(self, segments: Array) -> Array:
+        """Segments in the coordinates of the document."""
+        return segments @ self.linear + self.shift
+
+
+def outlines(shapes: Sequence[Drawn]) -> list[Outline]:
+    """The path of each shape; those that are drawn several times are read once.
+
+    Raises
+    ------
+    OverlapError
+        A shape cannot be read, or there are too many curves.
+    """
+    known: dict[tuple[str, ...], list[tuple[Array, bool]]] = {}
+    count, found = 0, []
+    for shape in shapes:
+        form = {name: shape.attributes[name] for name in GEOMETRY & shape.attributes.keys()}
+        key = (shape.tag, *(part for pair in sorted(form.items()) for part in pair))
+        if key not in known:
+            check_curves(_stated_curves(form))
+            try:
+                known[key] = _subpaths(_element(shape.tag, form))
+            except Exception as error:
+                raise OverlapError(f"A {shape.tag} of the SVG cannot be read: {error}.") from None
+        found.append(Outline(known[key], shape.matrix[:2], shape.matrix[2]))
+        count += _least_curves(shape, found[-1])
+        check_curves(count)
+    return found
+
+
+def check_curves(curves: int) -> None:
+    """Refuse artwork of too many curves."""
+    if curves > limits.svg_curves:
+        raise OverlapError(
+            f"The SVG has at least {curves:,} curves, with those around its strokes, and at most "
+            f"{limits.svg_curves:,} are read; simplify it or raise vf.limits.svg_curves."
+        )
+
+
+def areas(shape: Drawn, path: Outline) -> Iterator[Painted]:
+    """The area that a shape fills, and the one that it strokes."""
+    if path.subpaths and _is_painted(shape.style, "fill", "black"):
+        yield filled(path, shape.style.get("fill-rule"))
+    pen = _pen(shape.style)
+    if pen is None:
+        return
+    # The width of this stroke is that of the document, whatever the transforms.
+    still = "non-scaling-stroke" in shape.style.get("vector-effect", "")
+    bars = []
+    for segments, closed in path.subpaths:
+        pieces = stroked(path.placed(segments) if still else segments, closed, pen)
+        bars += pieces if still else [path.placed(piece) for piece in pieces]
+    if bars:
+        yield Painted(bars, False)
+
+
+def filled(path: Outline, rule: str | None) -> Painted:
+    """The area inside a path by a rule, "evenodd" or "nonzero"."""
+    contours = [_closed(path.placed(segments)) for segments, _ in path.subpaths]
+    return Painted(contours, rule == "evenodd")
+
+
+def _stated_curves(form: dict[str, str]) -> int:
+    """At least how many curves a shape has, by its text, which is quick to count."""
+    path, points = form.get("d", ""), form.get("points", "")
+    letters = sum(map(path.count, "hHvVlLcCsSqQtTaA"))
+    return max(letters, len(NUMBER.findall(path)) // 7, len(NUMBER.findall(points)) // 2)
+
+
+def _least_curves(shape: Drawn, path: Outline) -> int:
+    """At least how many curves a shape has, with those around its stroke."""
+    pen = _pen(shape.style)
+    if pen is None:
+        return sum(len(segments) for segments, _ in path.subpaths)
+    sides = (len(segments) + count_dashes(segments, pen) for segments, _ in path.subpaths)
+    return LEAST_CURVES * sum(sides)
+
+
+def _element(tag: str, form: dict[str, str]) -> Any:
+    """The shape as an object that knows its segments."""
+    import svgelements
+
+    if tag == "path":
+        path = svgelements.Path()
+        try:
+            path.parse(form.get("d", ""))
+        except ValueError:
+            pass  # A path is drawn up to its first error.
+        return path
+    kinds = {
+        "rect": svgelements.Rect,
+        "circle": svgelements.Circle,
+        "ellipse": svgelements.Ellipse,
+        "line": svgelements.SimpleLine,
+        "polyline": svgelements.Polyline,
+        "polygon": svgelements.Polygon,
+    }
+    return kinds[tag](form)
+
+
+def _subpaths(element: Any) -> list[tuple[Array, bool]]:
+    """The cubic segments (s, 4, 2) of each subpath, and whether it is closed."""
+    from svgelements import Arc, Close, CubicBezier, Line, Move, QuadraticBezier
+
+    found: list[tuple[list[Any], bool]] = []
+    for part in element.segments(transformed=False):
+        if isinstance(part, Move):
+            found.append(([], False))
+            continue
+        if not found:
+            return []  # A path that does not begin with a move is not drawn.
+        if found[-1][1]:
+            # After the end of a closed subpath, the next one begins at the same point.
+            found.append(([], False))
+        pieces = part.as_cubic_curves() if isinstance(part, Arc) else [part]
+        for piece in pieces:
+            start, end = complex(piece.start), complex(piece.end)
+            if isinstance(piece, CubicBezier):
+                inner = [complex(piece.control1), complex(piece.control2)]
+            elif isinstance(piece, QuadraticBezier):
+                control = complex(piece.control)
+                inner = [(start + 2 * control) / 3, (end + 2 * control) / 3]
+            elif isinstance(piece, Line | Close):
+                inner = [(2 * start + end) / 3, (start + 2 * end) / 3]
+            found[-1][0].append([start, *inner, end])
+        if isinstance(part, Close):
+            found[-1] = (found[-1][0], True)
+    return [
+        (np.stack([np.real(segments), np.imag(segments)], -1), closed)
+        for segments, closed in found
+        if segments
+    ]
+
+
+def _closed(segments: Array) -> Array:
+    """A contour that ends where it starts, by a straight side if necessary."""
+    start, end = segments[-1, 3], segments[0, 0]
+    if np.array_equal(start, end):
+        return segments
+    side = np.stack([start, (2 * start + end) / 3, (start + 2 * end) / 3, end])
+    return np.concatenate([segments, side[None]])
+
+
+def _is_painted(style: dict[str, str], name: str, default: str) -> bool:
+    """Whether a fill or a stroke is visible."""
+    from svgelements import Color
+
+    paint = style.get(name, default).strip()
+    if paint.lower() == "currentcolor":
+        paint = style.get("color", "black")
+    if paint.startswith("url("):
+        return True
+    try:
+        colour = Color(paint)
+        opacity = number(style.get(f"{name}-opacity"), 1.0)
+        return colour.value is not None and colour.alpha > 0 and opacity > 0
+    except (ValueError, TypeError):
+        return True
+
+
+def _pen(style: dict[str, str]) -> Pen | None:
+    """How a path is stroked; None if it is not."""
+    width = number(style.get("stroke-width"), 1.0)
+    if width <= 0 or not _is_painted(style, "stroke", "none"):
+        return None
+    parts = re.split(r"[\s,]+", style.get("stroke-dasharray", "none").strip())
+    dashes = tuple(number(part.removesuffix("px"), -1.0) for part in parts)
+    if min(dashes) < 0 or sum(dashes) == 0:
+        dashes = ()
+    return Pen(
+        width,
+        style.get("stroke-linecap", "butt"),
+        style.get("stroke-linejoin", "miter"),
+        number(style.get("stroke-miterlimit"), 4.0),
+        dashes,
+        number(style.get("stroke-dashoffset", "0").removesuffix("px"), 0.0),
+    )
