@@ -33,6 +33,11 @@ def shown(line: str, base: str | None = None) -> str:
         # Characters beyond U+FFFF take two units of UTF-16 and four of UTF-8.
         (f"\U0001f600 {A}{B}", f"{B}{A} \U0001f600"),
         ("levels: " + A, f"levels: {A}"),
+        # Rule L1: spaces at the end of the line, and tabs, stand as the paragraph says.
+        (f"a \u202b{A}{B}  ", f"a \u202b{B}{A}  "),
+        (f"{A} \u202aab ", f" ab\u202a {A}"),
+        (f"a {A} \t{B}", f"a {A} \t{B}"),
+        (f"a \u2067{A} \u2069 ", f"a \u2067{A} \u2069 "),
         ("", ""),
     ],
 )

@@ -16,6 +16,10 @@ from unicodedata import bidirectional
 ONLY_LEFT_TO_RIGHT = frozenset(("", "L", "EN", "ES", "ET", "CS", "NSM", "BN", "B", "S", "WS", "ON"))
 """Bidirectional classes of characters that need no reordering among themselves."""
 
+SEPARATORS = frozenset(("S", "B"))
+BLANKS = frozenset("WS BN FSI LRI RLI PDI LRE RLE LRO RLO PDF".split())
+"""Classes of spaces, and of invisible characters that may stand among them."""
+
 
 class Run(NamedTuple):
     """A stretch of a line that has one direction.
@@ -58,15 +62,31 @@ def _levels(line: str, base: str | None) -> list[int]:
     """The embedding level of each character; odd levels are read from right to left."""
     from bidi import get_display
 
-    # With debug the library returns its resolved levels in print, one for each byte of UTF-8.
+    # The library takes no half of a surrogate pair; the replacement character has as many bytes.
+    whole = re.sub("[\ud800-\udfff]", "\ufffd", line)
+    # With debug the library returns its resolved levels in print, one for each byte of UTF-8, and
+    # then the paragraphs with theirs.
     side = {"ltr": "L", "rtl": "R"}.get(base or "")
-    report = str(get_display(line, base_dir=side, debug=True)).rpartition("levels:")[2]
+    report = str(get_display(whole, base_dir=side, debug=True)).rpartition("levels:")[2]
     levels = [int(level) for level in re.findall(r"Level\(\s*(\d+)", report)]
     of_characters, byte = [], 0
-    for character in line:
+    for character in whole:
         of_characters.append(levels[byte])
-        byte += len(character.encode("utf-8", "surrogatepass"))
-    return of_characters
+        byte += len(character.encode())
+    return _with_blanks_at(levels[byte], line, of_characters) if line else []
+
+
+def _with_blanks_at(paragraph: int, line: str, levels: list[int]) -> list[int]:
+    """Rule L1: blanks before a tab and at the end of the line, and tabs, as the paragraph has it.
+
+    The library gives the levels before this rule.
+    """
+    settled, trails = list(levels), True
+    for i, kind in reversed(list(enumerate(map(bidirectional, line)))):
+        trails = kind in SEPARATORS or (trails and kind in BLANKS)
+        if trails:
+            settled[i] = paragraph
+    return settled
 
 
 def _reordered(runs: list[tuple[int, Run]]) -> list[tuple[int, Run]]:
