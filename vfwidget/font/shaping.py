@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -27,6 +28,8 @@ TABLES = (
 """Tables that HarfBuzz needs for shaping. Advance widths come from this package."""
 FALLBACK_TABLES = ("glyf", "loca", "gvar")
 """Without GPOS, HarfBuzz places marks by the extents of the outlines."""
+LINE_BREAK = re.compile("\r\n|\r|\n")
+"""What separates the lines of a text. Fonts have glyphs for these characters, which are blank."""
 SCALE = 1024
 """HarfBuzz gives positions in whole numbers, here in 1/1024 of a font unit."""
 
@@ -102,7 +105,7 @@ class Shaper:
         Parameters
         ----------
         string : str
-            Lines are separated by ``"\n"``.
+            Lines are separated by ``"\n"``, ``"\r\n"`` or ``"\r"``.
         w : (n,) array
             Normalized coordinates; HarfBuzz rounds them to 1/16384.
         options : ShapingOptions
@@ -120,8 +123,7 @@ class Shaper:
         with self._lock, self._heard_interrupts():
             self._go_to(w)
             self._advance = advance
-            start = 0
-            for number, line in enumerate(string.split("\n")):
+            for number, (start, line) in enumerate(_lines(string)):
                 for run in direction_runs(line, options.direction):
                     script = options.script or _script(line[run.start : run.end]) or _script(line)
                     buffer = self._shape_run(string, start, run, script, options)
@@ -129,7 +131,6 @@ class Shaper:
                     positions += buffer.glyph_positions
                     lines += [number] * len(buffer)
                     rtl += [run.rtl] * len(buffer)
-                start += len(line) + 1
             failure, self._failure = self._failure, None
         if failure is not None:
             raise failure
@@ -209,6 +210,15 @@ class Shaper:
         buffer.guess_segment_properties()
         hb.shape(self._font, buffer, dict(options.features))
         return buffer
+
+
+def _lines(string: str) -> Iterator[tuple[int, str]]:
+    """Each line of a text with the index of its first character."""
+    start = 0
+    for found in LINE_BREAK.finditer(string):
+        yield start, string[start : found.start()]
+        start = found.end()
+    yield start, string[start:]
 
 
 def _script(characters: str) -> str | None:

@@ -20,6 +20,7 @@ from ..errors import MotionError, VFWidgetError
 from ..export.css_animation import Span
 from ..export.track import Track, keyframes
 from ..font.alternates import ALTERNATES
+from ..font.shaping import LINE_BREAK
 from .tracks import user_coordinates
 
 JOINER = "\u200d"
@@ -120,7 +121,7 @@ def _groups(word: Any) -> list[tuple[list[int], str]]:
     groups: list[tuple[list[int], str]] = []
     for start, end in zip(starts, ends, strict=True):
         letters = [i for i, cluster in enumerate(word.clusters) if cluster == start]
-        characters = word.string[start:end].replace("\n", "")
+        characters = LINE_BREAK.sub("", word.string[start:end])
         if groups and unicodedata.category(characters[:1] or " ").startswith("M"):
             groups[-1] = (groups[-1][0] + letters, groups[-1][1] + characters)
         else:

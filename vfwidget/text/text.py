@@ -33,7 +33,8 @@ class Text(Exports):
     ----------
     font : Font, or a source that :func:`load_font` takes
     string : str
-        HarfBuzz sets it, with the font's default features. Lines are separated by ``"\n"``.
+        HarfBuzz sets it, with the font's default features. Lines are separated by ``"\n"``,
+        ``"\r\n"`` or ``"\r"``.
     axes : axis values, or a sequence of them with one entry for each letter, optional
         Axis values are a mapping of tag to user value, an entry of ``font.instances``, or the
         name of one. An axis that is not in a mapping takes its default value.

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Array, IntArray, like, namespace, padded_table, to_array
 from ..font import Font, Glyph
+from ..font.shaping import LINE_BREAK
 from ..outline.composed import Composed
 from ..outline.contours import Contours
 from ..outline.cubics import bernstein
@@ -203,9 +204,8 @@ class Word:
 
     @cached_property
     def ends(self) -> PointSet:
-        """The end of each line, where the next letter's origin would be."""
-        first = len(self.glyphs)
-        origin = np.arange(first, len(self.origins.gaps))
+        """The end of each line with a letter, where the next letter's origin would be."""
+        origin = len(self.glyphs) + np.unique(self.layouts[0].row.lines)
         letter = np.maximum([self.layouts[0].anchor[k] for k in origin], 0)
         return self._bare(letter, origin)
 
@@ -252,7 +252,8 @@ def _letter_names(string: str, clusters: Sequence[int], glyphs: Sequence[Glyph])
     """The characters that each glyph stands for, or its name where it shares them with another."""
     sizes = Counter(clusters)
     starts = sorted(sizes)
-    characters = {a: string[a:b] for a, b in zip(starts, [*starts[1:], len(string)], strict=True)}
+    ends = [*starts[1:], len(string)]
+    characters = {a: LINE_BREAK.sub("", string[a:b]) for a, b in zip(starts, ends, strict=True)}
     return tuple(
         letters if sizes[own] == 1 and letters.isprintable() and letters.strip() else glyph.name
         for own, glyph in zip(clusters, glyphs, strict=True)
