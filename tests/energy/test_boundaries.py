@@ -56,6 +56,35 @@ def test_a_boundary_is_not_crossed_where_that_costs_more() -> None:
     assert "a becomes bowl at wght = 650: not crossed" in found.message
 
 
+@pytest.mark.parametrize("back", [False, True])
+def test_a_solve_looks_beyond_a_narrow_box_whose_glyph_costs_more(back: bool) -> None:
+    """Recursive has such boxes, because the ends of its condition sets differ by a hair."""
+    moves = {"a": 200, "thin": -900, "bowl": 300}
+    glyphs = {name: fonts.outline(fonts.SQUARE) for name in moves}
+    deltas = {n: [(fonts.BOLD, [(x, 0)] * 4 + fonts.STILL)] for n, x in moves.items()}
+
+    def edit(builder) -> None:
+        boxes = [("thin", 0.5, 0.5003), ("bowl", 0.5004, 1)]
+        swaps = [([{"wght": (low, high)}], {"a": name}) for name, low, high in boxes]
+        addFeatureVariations(builder.font, swaps)
+
+    text = vf.Text(fonts.build(glyphs, deltas, edit=edit), "a")
+    assert len(text.composition.settings.rows) == 3
+    text = text.at(theta=[[0.9, 0]]) if back else text
+    handle = text.handle()
+    x, y = text.position(handle).tolist()
+    found = vf.solve(text, vf.Target(handle, (x - 200 if back else x + 240, y)), restarts=0)
+    assert found.status == "converged"
+    assert found.text.glyphs[0].name == ("a" if back else "bowl")
+    names = [("a", "bowl"), ("bowl", "a")][back]
+    assert [(met.before[0], met.after[0], met.crossed) for met in found.boundaries] == [
+        (*names, True)
+    ]
+    # A goal that no box reaches is compared with the nearest one.
+    far = vf.solve(text, vf.Target(handle, (x + 9000, y)), restarts=0)
+    assert far.status == "unreachable"
+
+
 def test_a_boundary_is_crossed_without_restarts_too() -> None:
     """So that a glyph changes while it is dragged."""
     text = exchanged()

@@ -27,6 +27,11 @@ MOST_CROSSINGS = 16
 """A solve that keeps crossing boundaries ends after this many for each letter."""
 MOST_BOXES = 64
 """Or after so many boxes: where axes move others, several boxes lead up to a boundary."""
+NARROW = 0.02
+"""Part of an axis, in normalized coordinates. If the box beyond a boundary is narrower, what lies
+beyond that box is tried as well: fonts have slivers where the ends of condition sets differ."""
+MOST_NARROW = 3
+"""So many narrow boxes in a row are looked beyond."""
 MANY_BOUNDARIES = Outcome(
     ITERATION_LIMIT, "More locations at which glyphs change were met than a solve crosses."
 )
@@ -127,7 +132,10 @@ def cross(energy: Energy, found: Descent, descend: Descend) -> Crossing:
             better = [side for side in tried if side.found.state.cost < found.state.cost]
             if better or ended:
                 break
-            refused |= {side.entry: _Refused(side.boundary, side.found.cut) for side in tried}
+            # The last one of a side is kept: that of the next box.
+            refused |= {
+                side.entry: _Refused(side.boundary, side.found.cut) for side in reversed(tried)
+            }
             former.difference_update(side.entry for side in tried)
         if not (better or ended) and former.intersection(entry for entry, _ in sides):
             refused = {entry: side for entry, side in refused.items() if entry not in former}
@@ -187,8 +195,8 @@ def _tried(
     """
     here = energy.unknowns.place(found.state.x)
     tried: list[_Side] = []
-    for entry, step in sides:
-        other = _beyond(energy, found, entry, step)
+    beyond = ((side[0], text) for side in sides for text in _beyond(energy, found, *side))
+    for entry, other in beyond:
         try:
             there = energy.at(other, energy.terms)
             end = descend(there, there.unknowns.flat({**here, **other.place}))
@@ -228,15 +236,26 @@ def _sides(energy: Energy, found: Descent) -> Iterator[_Step]:
         yield (letter, axis), float(steps[letter, axis])
 
 
-def _beyond(energy: Energy, found: Descent, entry: Entry, step: float) -> Text:
+def _beyond(energy: Energy, found: Descent, entry: Entry, step: float) -> Iterator[Text]:
     """The text at the end of a descent after a step of the unknown of one entry of Θ.
 
-    With many letters it takes long to make, so it is made only for a side that is tried.
+    If the box there is narrow, a text beyond that box follows.
+
+    With many letters a text takes long to make, so each is made only when it is tried.
     """
-    x = found.state.x.copy()
-    x[energy.by_letter(np.arange(len(x)))[entry]] += step
-    place = energy.unknowns.place(x)
-    return energy.text.moved_to({name: place[name] for name in energy.text.place})
+    unknown = energy.by_letter(np.arange(len(found.state.x)))[entry]
+    for _ in range(1 + MOST_NARROW):
+        x = found.state.x.copy()
+        x[unknown] += step
+        place = energy.unknowns.place(x)
+        other = energy.text.moved_to({name: place[name] for name in energy.text.place})
+        yield other
+        ahead = int(step > 0)
+        end = other.composition.bounds_at(other.coordinates)[ahead][entry]
+        width = abs(float(end - other.coordinates[entry]))
+        if width > NARROW or end == other.font.bounds[ahead][entry[1]]:
+            return
+        step += float(np.copysign(width + 1 / F2DOT14, step))
 
 
 def at_ends(text: Text, theta: Array) -> BoolArray:
