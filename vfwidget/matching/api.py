@@ -8,18 +8,19 @@ from typing import Any, Protocol, TypeAlias
 
 from tqdm.auto import tqdm
 
-from ..arrays import Array, ArrayLike
+from ..arrays import ArrayLike
 from ..deprecation import renamed
 from ..errors import ImageError
 from ..font import Font, load_font
 from ..font.source import FontSource
 from ..text import AxisValues, Text
 from .catalogue import match_fonts
-from .fit import Options
+from .fit import Options, Watch
 from .images import ImageSource, read_image
-from .looks import check_fitted
+from .looks import MATCHED, check_fitted
 from .match import STAGES, Request, Search, Settings
 from .result import Match
+from .scene import State
 
 RESOLUTION = 512
 LEAST_SIDE = 6
@@ -67,8 +68,9 @@ def match(
     image : (H, W) array or tensor, PIL image, or path
         Floats from 0 (ink) to 1 (paper), or uint8; colour and transparency are read too.
     text : str or Text
-        The string in the picture. If it is a Text, its ``shared`` setting is used, and its font
-        unless ``font`` or ``fonts`` is given.
+        The string in the picture. A Text is matched as it is set: with its features, language,
+        script, direction, line height and tracking, its ``shared`` setting, and its font unless
+        ``font`` or ``fonts`` is given.
     font : Font, or a source that :func:`load_font` takes; or a sequence of them
     fonts : sequence of those
         In place of ``font``: all are fitted, and the best is returned with the others ranked.
@@ -83,9 +85,9 @@ def match(
     placement : (2, 3) array, optional
         The affine map from the text's font units, y up, to pixels, y down: a similarity. By
         default it is estimated from the ink, and fitted.
-    fit : sequence of {"x", "y", "size", "rotation", "blur", "background"}, optional
-        Quantities fitted in addition to the axes. Default: all of them; with ``placement`` only
-        ``"blur"`` and ``"background"``.
+    fit : sequence of {"x", "y", "size", "rotation", "blur", "background", "tracking"}, optional
+        Quantities fitted in addition to the axes. Default: all of them but ``"tracking"``; with
+        ``placement`` only ``"blur"`` and ``"background"``.
     ink : {"auto", "dark", "light"}
         Whether the ink is darker or lighter than the paper. Default: found from the border.
     background : {"uneven", "even"}
@@ -148,12 +150,15 @@ def match(
         )
     if isinstance(font, Sequence) and not isinstance(font, str | bytes | bytearray):
         font, fonts = None, font
+    manner: dict[str, Any] = {}
+    lengths: dict[str, float] = {}
     if isinstance(text, Text):
         font = text.font if font is None and fonts is None else font
+        manner, lengths = _manner(text)
         shared, text = text.shared, text.string
     if (font is None) == (fonts is None):
         raise ImageError("Give a font, or several as fonts=[…].")
-    options = Options(check_fitted(fit, placement is not None), optimizer, loss)
+    options = Options(check_fitted(fit, placement is not None, MATCHED), optimizer, loss)
     settings = Settings(
         options=options,
         theta=None,
@@ -169,7 +174,7 @@ def match(
             0, ITERATIONS[optimizer] if max_iterations is None else max_iterations, "max_iterations"
         ),
     )
-    request = Request(text, shared, axes, placement, settings)
+    request = Request(text, shared, axes, placement, settings, manner, lengths)
     if fonts is not None:
         return match_fonts(values, fonts, request, executor, progress)
     own = request.text(load_font(font))
@@ -181,7 +186,22 @@ def match(
             bar.update()
 
         outcome = Search(own, values, request.settings_for(own), advance, shown).outcome()
-    return Match(own.moved(outcome.state.theta), values, outcome)
+    return Match(own.moved_to(outcome.state.place), values, outcome)
+
+
+def _manner(text: Text) -> tuple[dict[str, Any], dict[str, float]]:
+    """How a text is set, as keyword arguments of another one, and its lengths in ems."""
+    font, options = text.font, text.composition.options
+    manner = {
+        "features": dict(options.features),
+        "language": options.language,
+        "script": options.script,
+        "direction": options.direction,
+    }
+    lengths = {"tracking": text.tracking}
+    if text.composition.line_height != font.ascender - font.descender:
+        lengths["line_height"] = text.composition.line_height
+    return manner, {name: length / font.units_per_em for name, length in lengths.items()}
 
 
 def _at_least(least: int, value: int, what: str) -> int:
@@ -196,18 +216,16 @@ def _one_of(value: str, names: Sequence[str], what: str) -> str:
     return value
 
 
-def _shown(
-    text: Text, watch: Viewer | Callable[[Text, float], None] | None
-) -> Callable[[Array, float], None] | None:
-    """What to do with Θ and the loss at every step."""
+def _shown(text: Text, watch: Viewer | Callable[[Text, float], None] | None) -> Watch | None:
+    """What to do with the state and the loss at every step."""
     if watch is None:
         return None
     if callable(watch):
-        return lambda theta, loss: watch(text.moved(theta), loss)
+        return lambda state, loss: watch(text.moved_to(state.place), loss)
     viewer = watch
     viewer.text = text
 
-    def show(theta: Array, loss: float) -> None:
-        viewer.axes = text.moved(theta).axes
+    def show(state: State, loss: float) -> None:
+        viewer.axes = text.moved(state.theta).axes
 
     return show

@@ -69,7 +69,7 @@ def match_fonts(
     for i in order:
         outcome, why = fitted[i]
         if isinstance(outcome, Outcome):
-            text = request.text(load_font(sources[i])).moved(outcome.state.theta)
+            text = request.text(load_font(sources[i])).moved_to(outcome.state.place)
             matches.append(Match(text, image, outcome))
         else:
             left_out[names[i]] = why

@@ -15,6 +15,7 @@ from ..errors import ImageError
 from ..solver.loss import LOSSES, signed_root
 from ..solver.problem import Tolerances
 from ..solver.status import CONVERGED, Outcome
+from ..text.place import AXES, TRACKING
 from .looks import Looks, View
 from .scene import State
 
@@ -35,7 +36,7 @@ NUDGE = 1e-6
 NULL, TAKES_PART = 1e-10, 1e-3
 """An eigenvalue, relative to the largest, that is zero; and a share in its vector that counts."""
 
-Watch = Callable[[Array, float], None]
+Watch = Callable[[State, float], None]
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Options:
     Attributes
     ----------
     fitted : tuple of str
-        Of :data:`.looks.FITTED`.
+        Of :data:`.looks.MATCHED`.
     optimizer : {"gauss-newton", "adam"}
     loss : str
         Of :data:`..solver.loss.LOSSES`.
@@ -112,7 +113,8 @@ def fit(
 def _energy(view: View, loss: str) -> Energy:
     """The energy of the picture alone, from the start of its view."""
     looks = Looks(view.target, weight=1.0, loss=loss, view=view)
-    return Energy(view.scene.text.moved(view.start.theta), [looks])
+    free = [AXES, TRACKING] if TRACKING in view.fitted else [AXES]
+    return Energy(view.scene.text.moved_to(view.start.place), [looks], free)
 
 
 def _gauss_newton(
@@ -124,7 +126,7 @@ def _gauss_newton(
         nonlocal best
         if watch is not None and cost < best:
             best = cost
-            watch(_state(energy, view, x).theta, cost / count)
+            watch(_state(energy, view, x), cost / count)
 
     faint = FAINT**2 * count * view.scale**2
     tolerances = Tolerances(relative_cost=1e-5, absolute_cost=faint, step=1e-7, gradient=1e-7)
@@ -220,7 +222,7 @@ def _adam(energy: Energy, view: View, max_iterations: int, watch: Watch | None) 
         loss = float(values @ values) / len(values)
         path.append(_state(energy, view, here))
         if watch is not None:
-            watch(path[-1].theta, loss)
+            watch(path[-1], loss)
         if loss < best_loss:
             best, best_loss = here.copy(), loss
         # An axis that only falls has no slope at its default, where it starts, but beside it.

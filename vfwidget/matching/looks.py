@@ -21,6 +21,8 @@ from .scene import BESIDE, PLACEMENT, Scene, State
 
 FITTED = (*PLACEMENT, "blur", "background")
 """What can be fitted in addition to the axes."""
+MATCHED = (*FITTED, TRACKING)
+"""The same for a match, which has no list of free blocks."""
 FORMER = {"turn": "rotation", "light": "background"}
 """Names of version 0.1.0."""
 LOSS_SCALE = 0.1
@@ -130,7 +132,9 @@ class Looks(Term):
         return f"{100 * miss:.1f} % of the ink"
 
 
-def check_fitted(fit: Sequence[str] | None, placed: bool) -> tuple[str, ...]:
+def check_fitted(
+    fit: Sequence[str] | None, placed: bool, known: Sequence[str] = FITTED
+) -> tuple[str, ...]:
     """The names of fitted quantities, checked; by default those that fit the placement.
 
     Raises
@@ -141,13 +145,14 @@ def check_fitted(fit: Sequence[str] | None, placed: bool) -> tuple[str, ...]:
     if fit is None:
         return ("blur", "background") if placed else FITTED
     if isinstance(fit, str) or not isinstance(fit, Sequence):
-        raise ImageError(f"fit is a sequence of names of {', '.join(FITTED)}, not {fit!r}.")
+        raise ImageError(f"fit is a sequence of names of {', '.join(known)}, not {fit!r}.")
     for old in FORMER.keys() & set(fit):
         warn_renamed(f"fit={old!r}", repr(FORMER[old]))
     names = tuple(FORMER.get(name, name) for name in fit)
-    unknown = [name for name in names if name not in FITTED]
+    unknown = [name for name in names if name not in known]
     if unknown:
-        raise ImageError(f"{unknown[0]!r} cannot be fitted: choose from {', '.join(FITTED)}.")
+        hint = f" In a solve, use free=[{TRACKING!r}]." if unknown[0] == TRACKING else ""
+        raise ImageError(f"{unknown[0]!r} cannot be fitted: choose from {', '.join(known)}.{hint}")
     return names
 
 
@@ -162,7 +167,7 @@ class View:
         The picture, at the scene's resolution.
     start : State
     fitted : tuple of str
-        Of :data:`FITTED`.
+        Of :data:`MATCHED`.
     """
 
     scene: Scene

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -109,7 +109,7 @@ class Search:
     progress : callable, optional
         Told each stage as it begins.
     watch : callable, optional
-        Shown Θ and the loss at every step.
+        Shown the state and the loss at every step.
     """
 
     def __init__(
@@ -326,6 +326,10 @@ class Request:
         Where to start.
     placement : (2, 3) array, optional
     settings : Settings
+    manner : mapping
+        How the text is set: keyword arguments of :class:`Text`.
+    lengths : mapping
+        More of them: lengths in ems.
     """
 
     string: str
@@ -333,10 +337,15 @@ class Request:
     axes: Any
     placement: ArrayLike | None
     settings: Settings
+    manner: Mapping[str, Any]
+    lengths: Mapping[str, Any]
 
     def text(self, font: Font) -> Text:
         """The text in a font."""
-        return Text(font, self.string, axes=self.axes, shared=self.shared)
+        lengths: dict[str, Any] = {
+            name: em * font.units_per_em for name, em in self.lengths.items()
+        }
+        return Text(font, self.string, axes=self.axes, shared=self.shared, **self.manner, **lengths)
 
     def settings_for(self, text: Text) -> Settings:
         """Where to start, in this text's coordinates."""

@@ -204,6 +204,8 @@ class Match:
                     lines.append(f"{of}{tag:>6} {value:10.4g} ± {about[tag]:.2g}")
                 else:
                     lines.append(f"{of}{tag:>6} {value:10.4g}   not determined by this picture")
+        if self.text.tracking:
+            lines.append(f"tracking {self.text.tracking:10.4g}")
         return "\n".join(lines)
 
     def plot(self, axes: Any = None) -> Any:

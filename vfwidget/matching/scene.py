@@ -221,8 +221,12 @@ class _Picture:
 
 
 def middle(text: Text) -> Array:
-    """The middle of the box around the control points at the default, (2,), wherever text is."""
-    text = text.moved(np.zeros_like(text.coordinates))
+    """The middle of the box around the control points at the default, (2,), wherever text is.
+
+    Tracking is not counted, so that the middle is the same before and after it is fitted.
+    """
+    default = {AXES: np.zeros_like(text.coordinates), TRACKING: np.zeros(1)}
+    text = text.moved_to({**text.place, **default})
     points = text.positions(text.point_set(), text.coordinates)
     return (points.min(0) + points.max(0)) / 2
 
