@@ -170,6 +170,10 @@ def test_locks_of_every_kind(text: vf.Text) -> None:
         {"slnt"},
         {"slnt": 1},
         np.array(["CASL"]),
+        np.array(["CASL", "wght"]),
+        np.array([]),
+        [],
+        None,
         ("CASL",),
     ):
         for shift in (10, 20):

@@ -131,7 +131,9 @@ class Energy:
         # Most terms have at least one residual, and each takes memory from here on.
         tied = followers * len(text.font.axes) if AXES in unknowns.slices else 0
         check_size(len(self.terms), len(self.lower) - tied)
-        self._locks = self._read_locks(locks) if locks else None
+        # An array of several tags is neither true nor false.
+        none = locks is None or (type(locks) is tuple and not locks)
+        self._locks = None if none else self._read_locks(locks)
         if self._locks is not None:
             self.lower = np.where(self._locks, unknowns.start, self.lower)
             self.upper = np.where(self._locks, unknowns.start, self.upper)
