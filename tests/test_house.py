@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+import re
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 import vfwidget
 
 ROOT = Path(vfwidget.__file__).parent
+VIEW = ROOT.parent / "js" / "src"
 ROOMS = (
     "errors deprecation limits arrays files outline font export text raster solver energy overlap "
     "motion matching design plot view"
@@ -51,24 +56,42 @@ def test_imports_run_one_way() -> None:
     assert not upwards
 
 
+def assert_no_circles(graph: Mapping[Any, Collection[Any]]) -> None:
+    done = set()
+
+    def visit(name: Any, trail: tuple[Any, ...]) -> None:
+        assert name not in trail, f"a circle: {[*trail[trail.index(name) :], name]}"
+        if name in done or name not in graph:
+            return
+        for target in graph[name]:
+            visit(target, (*trail, name))
+        done.add(name)
+
+    for name in graph:
+        visit(name, ())
+
+
 def test_no_two_modules_import_each_other() -> None:
     graph = {}
     for module in modules():
         name = module.relative_to(ROOT).with_suffix("").parts
-        graph[name[:-1] if name[-1] == "__init__" else name] = set(imported(module))
-    # A package's own __init__ gathers its modules; they name each other, not the package.
-    done: set[tuple[str, ...]] = set()
+        # A package's own __init__ gathers its modules; they name each other, not the package.
+        graph[name[:-1] if name[-1] == "__init__" else name] = set(imported(module)) - {()}
+    assert_no_circles(graph)
 
-    def visit(name: tuple[str, ...], trail: tuple[tuple[str, ...], ...]) -> None:
-        assert name not in trail, f"a circle: {[*trail[trail.index(name) :], name]}"
-        if name in done or name not in graph:
-            return
-        for target in graph[name] - {()}:
-            visit(target, (*trail, name))
-        done.add(name)
 
-    for name in list(graph):
-        visit(name, ())
+def test_no_two_modules_of_the_view_import_each_other() -> None:
+    if not VIEW.is_dir():
+        pytest.skip("the sources of the view belong to a checkout")
+    graph = {
+        module: [
+            (module.parent / target).resolve()
+            for target in re.findall(r'^import .* from "(\..*)";$', module.read_text("utf-8"), re.M)
+        ]
+        for module in VIEW.rglob("*.js")
+    }
+    assert sum(map(len, graph.values())) > len(graph)
+    assert_no_circles(graph)
 
 
 def test_modules_hold_one_idea_each() -> None:

@@ -1,6 +1,7 @@
 /** Takes the word away: CSS and Python for the clipboard, SVG and PNG as files. */
 import { layers } from "../view/colour.js";
-import { pathData, windowFor } from "../view/drawing.js";
+import { windowFor } from "../view/drawing.js";
+import { pathData } from "../view/path.js";
 import { isArray } from "../word/decode.js";
 
 /** @typedef {import("./session.js").Session} Session @typedef {import("../word/forward.js").Layout} Layout */

@@ -1,6 +1,8 @@
 /** Teaching mode: which axes move the selected letter, the scalars of its delta sets, and Eq. 1 with numbers. */
 import { html } from "../view/dom.js";
-import { final, interpolate, normalize, scalars } from "../word/forward.js";
+import { normalize } from "../word/axes.js";
+import { final, interpolate } from "../word/forward.js";
+import { scalars } from "../word/regions.js";
 import { blend, within } from "../word/positions.js";
 import { evaluate } from "../word/varying.js";
 

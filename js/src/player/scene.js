@@ -1,6 +1,6 @@
 /** The picture: the letters at a time, those of a few frames before as outlines, and the obstacles. */
 import { layers } from "../view/colour.js";
-import { pathData } from "../view/drawing.js";
+import { pathData } from "../view/path.js";
 import { attr, svg } from "../view/dom.js";
 import { Layout } from "../word/forward.js";
 import { stateAt } from "./film.js";

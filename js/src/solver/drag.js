@@ -1,6 +1,7 @@
 /** The energy of one drag (Sec. 5.1) and its minimum, which the view draws before the kernel has answered. No DOM. */
 import { nearest } from "../word/cubics.js";
-import { coordinates, denormalize, Layout } from "../word/forward.js";
+import { coordinates, denormalize } from "../word/axes.js";
+import { Layout } from "../word/forward.js";
 import { END, Positions } from "../word/positions.js";
 import { add } from "./box.js";
 import { minimise } from "./levenberg_marquardt.js";

@@ -1,5 +1,5 @@
 /** Colour glyphs as SVG, drawn as `vfwidget/export/paint.py` draws them. */
-import { path } from "./drawing.js";
+import { path } from "./path.js";
 import { svg } from "./dom.js";
 import { evaluate } from "../word/varying.js";
 
@@ -15,7 +15,7 @@ let count = 0;
 /** The layers of one letter, relative to its origin. @param {import("../word/forward.js").Layout} layout @param {number} letter */
 export const layers = (layout, letter) => layout.glyphs[letter].layers.map((layer) => drawn(layer, layout.word.regions, layout.placeOf(letter)));
 
-/** @param {Layer} layer @param {import("../word/forward.js").Regions} regions @param {ArrayLike<number>} w */
+/** @param {Layer} layer @param {import("../word/regions.js").Regions} regions @param {ArrayLike<number>} w */
 function drawn({ outline, contours, starts, kind, numbers, frame, extend, colours, alphas }, regions, w) {
   const d = path(evaluate(outline, regions, w), contours, starts), values = evaluate(numbers, regions, w), s = colours.length;
   const size = values.length - 2 * s, [x, y, ax, ay, bx, by] = evaluate(frame, regions, w), [p, q, u, v, m, n] = values;

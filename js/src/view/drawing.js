@@ -4,34 +4,13 @@
  */
 import { layers } from "./colour.js";
 import { attr, svg } from "./dom.js";
+import { pathData } from "./path.js";
 import { Layout } from "../word/forward.js";
 
 /** @typedef {{x: number, y: number, width: number, height: number}} Box  font units, y down as SVG has it */
 
 /** The window is at most this many times smaller, or larger, than one that fits the word. */
 const MOST = 40;
-
-const round = (/** @type {number} */ v) => Math.round(v * 10) / 10;
-
-/** Path data of closed contours, y down. @param {ArrayLike<number>} p @param {number[]} contours @param {number[]} starts */
-export function path(p, contours, starts) {
-  let d = "";
-  for (let c = 0; c < contours.length; c++) {
-    if (contours[c] === 0) continue;
-    const size = 3 * contours[c];
-    const at = 2 * starts[c];
-    d += `M${round(p[at])} ${round(-p[at + 1])}`;
-    for (let i = 1; i <= size; i++) {
-      const o = at + 2 * (i % size);
-      d += `${i % 3 === 1 ? "C" : " "}${round(p[o])} ${round(-p[o + 1])}`;
-    }
-    d += "Z";
-  }
-  return d;
-}
-
-/** Path data of a laid-out letter relative to its origin. @param {Layout} layout @param {number} letter */
-export const pathData = ({ points, glyphs }, letter) => path(points[letter], glyphs[letter].contours, glyphs[letter].starts);
 
 /** The window that shows a laid-out word with room around it. @param {Layout} layout @returns {Box} */
 export function windowFor(layout) {

@@ -2,7 +2,7 @@
  * Reads the word a kernel (or an exported page) hands over: JSON with binary buffers in, typed
  * arrays out, everything checked once so that the drawing loop need not.
  */
-import { compile } from "./forward.js";
+import { compile } from "./regions.js";
 
 export const { isArray } = Array;
 
@@ -18,7 +18,7 @@ export const { isArray } = Array;
  *   layers: Layer[]}} Glyph
  *   `starts`: a contour's first point; region scalars times deltas move points and advance, or `outline` has the points
  * @typedef {{family: string, string: string, unitsPerEm: number, ascender: number, descender: number,
- *   instances: {name: string, axes: Record<string, number>}[], axes: Axis[], regions: import("./forward.js").Regions,
+ *   instances: {name: string, axes: Record<string, number>}[], axes: Axis[], regions: import("./regions.js").Regions,
  *   final?: Node, kinks?: number[][], glyphs: Glyph[], rows: Row[], settings: {edges: number[][], cells: number[]}, tracking: number,
  *   offsets: [number, number][]}} Word
  */

@@ -1,6 +1,7 @@
 /** Positions of a few outline points as functions of the axes, with their derivatives (Eq. 3). No DOM. */
 import { bernstein } from "./cubics.js";
-import { final, scalars, slopes } from "./forward.js";
+import { final } from "./forward.js";
+import { scalars, slopes } from "./regions.js";
 import { chain, valueOf } from "./rows.js";
 import { evaluate } from "./varying.js";
 

@@ -1,5 +1,5 @@
 /** Quantities that are not affine in one set of scalars, as `vfwidget/view/varying.py` describes them. No DOM. */
-import { scalar } from "./forward.js";
+import { scalar } from "./regions.js";
 
 /** @typedef {[kind: string, ...parts: any[]]} Node  a kind of quantity and its parts, which may be nodes again */
 
@@ -7,7 +7,7 @@ const clamp = (/** @type {number} */ v) => Math.min(1, Math.max(-1, v));
 
 /**
  * A quantity at normalized coordinates.
- * @param {Node} node @param {import("./forward.js").Regions} regions @param {ArrayLike<number>} w
+ * @param {Node} node @param {import("./regions.js").Regions} regions @param {ArrayLike<number>} w
  * @returns {number[]}
  */
 export function evaluate([kind, ...parts], regions, w) {

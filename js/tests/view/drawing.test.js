@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { pathData, windowFor } from "../../src/view/drawing.js";
+import { windowFor } from "../../src/view/drawing.js";
+import { pathData } from "../../src/view/path.js";
 import { Layout } from "../../src/word/forward.js";
 import { decodeWord } from "../../src/word/decode.js";
 import { oneRow, rawWord } from "../oil.js";

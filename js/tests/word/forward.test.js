@@ -1,7 +1,9 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";
-import { compile, interpolate, Layout, normalize, scalars } from "../../src/word/forward.js";
+import { normalize } from "../../src/word/axes.js";
+import { interpolate, Layout } from "../../src/word/forward.js";
+import { compile, scalars } from "../../src/word/regions.js";
 import { complete, conform, decodeWord } from "../../src/word/decode.js";
 import { floats, rawWord } from "../oil.js";
 

@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { decodeWord } from "../../src/word/decode.js";
-import { coordinates, denormalize, Layout, normalize } from "../../src/word/forward.js";
+import { coordinates, denormalize, normalize } from "../../src/word/axes.js";
+import { Layout } from "../../src/word/forward.js";
 import { END, Positions } from "../../src/word/positions.js";
 import { rawWord } from "../oil.js";
 

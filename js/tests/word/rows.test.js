@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { decodeWord } from "../../src/word/decode.js";
-import { coordinates, Layout } from "../../src/word/forward.js";
+import { coordinates } from "../../src/word/axes.js";
+import { Layout } from "../../src/word/forward.js";
 import { END, Positions } from "../../src/word/positions.js";
 import { rowAt } from "../../src/word/rows.js";
 import { oneRow, rawWord } from "../oil.js";
