@@ -4,7 +4,7 @@
  */
 import { layers } from "./colour.js";
 import { attr, svg } from "./dom.js";
-import { pathData } from "./path.js";
+import { pathData, round } from "./path.js";
 import { Layout } from "../word/forward.js";
 
 /** @typedef {{x: number, y: number, width: number, height: number}} Box  font units, y down as SVG has it */

@@ -2,7 +2,8 @@
 
 /** @typedef {import("../word/forward.js").Layout} Layout */
 
-const round = (/** @type {number} */ v) => Math.round(v * 10) / 10;
+/** A length in font units, to a tenth of a unit: no screen shows the difference. */
+export const round = (/** @type {number} */ v) => Math.round(v * 10) / 10;
 
 /** Path data of closed contours, y down. @param {ArrayLike<number>} p @param {number[]} contours @param {number[]} starts */
 export function path(p, contours, starts) {
