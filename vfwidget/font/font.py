@@ -102,19 +102,19 @@ class Font(DesignSpace):
 
     def __init__(self, ttfont: TTFont, index: int = 0, static: bool = False) -> None:
         self._index, self._static = index, static
+        # fontTools reads a table when it is first asked for, which only one thread may do at a
+        # time.
+        self._reading = RLock()
         with damage("The font file is damaged or truncated"):
             self._read(ttfont, static)
         self._ttfont = ttfont
         self._glyphs: GlyphCache[Glyph] = GlyphCache()
         self._drawings = Drawings()
-        # fontTools reads a table when it is first asked for, which only one thread may do at a
-        # time.
-        self._reading = RLock()
 
     def _read(self, ttfont: TTFont, static: bool) -> None:
         # First, while the tables are as the file has them: fontTools would write anew those it has
         # read.
-        self._shaper = Shaper(ttfont)
+        self._shaper = Shaper(ttfont, self._reading)
         self.axes = axis_maths.read_axes(ttfont)
         self.instances = axis_maths.read_instances(ttfont)
         if not (self.axes or static):
@@ -365,11 +365,6 @@ class Font(DesignSpace):
         """Regions over which anchors and kerning may vary: start, peak and end, (m, n, 3)."""
         with self._reading, damage("The GDEF table is damaged"):
             return read_positioning_regions(self._ttfont, len(self.axes))
-
-    @property
-    def has_positioning(self) -> bool:
-        """Whether the font positions marks by itself (it has a GPOS table)."""
-        return "GPOS" in self._ttfont
 
     @cached_property
     def _conditions(self) -> tuple[IntArray, IntArray]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
-from threading import Lock, current_thread, main_thread
+from threading import Lock, RLock, current_thread, main_thread
 from typing import Any
 
 import numpy as np
@@ -20,16 +20,18 @@ from ..arrays import Array
 from ..errors import GlyphError, TextError
 from .bidi import Run, direction_runs
 from .shaping_options import ShapingOptions
+from .source import damage
 
 TABLES = (
     *("head", "maxp", "hhea", "hmtx", "cmap", "fvar", "avar"),
     *("GDEF", "GSUB", "GPOS", "kern", "morx", "kerx", "ankr", "feat"),
 )
 """Tables that HarfBuzz needs for shaping. Advance widths come from this package."""
-FALLBACK_TABLES = ("glyf", "loca", "gvar")
-"""Without GPOS, HarfBuzz places marks by the extents of the outlines."""
+OUTLINES = ("glyf", "loca", "gvar", "CFF ", "CFF2")
+"""Where HarfBuzz uses no GPOS, it places marks by the extents of the outlines."""
 LINE_BREAK = re.compile("\r\n|\r|\n")
 """What separates the lines of a text. Fonts have glyphs for these characters, which are blank."""
+SCRIPT_LIST, FEATURE_LIST = 4, 6
 SCALE = 1024
 """HarfBuzz gives positions in whole numbers, here in 1/1024 of a font unit."""
 
@@ -45,6 +47,9 @@ class ShapedRow:
         and the number of its line.
     rtl : tuple of bool
         Whether the glyph belongs to a run from right to left.
+    by_extents : bool
+        Whether the extents of outlines may place marks: the font has no GPOS table, or HarfBuzz
+        does not use it for a run.
     positions : (l, 3) array
         Advance width, x offset and y offset of each glyph, in font units.
     """
@@ -53,6 +58,7 @@ class ShapedRow:
     clusters: tuple[int, ...]
     lines: tuple[int, ...]
     rtl: tuple[bool, ...]
+    by_extents: bool
     positions: Array = field(repr=False, compare=False)
 
 
@@ -63,13 +69,15 @@ class Shaper:
     ----------
     font : TTFont
         Its tables have to be as the file has them.
+    reading : lock
+        Held while a table is read.
     """
 
-    def __init__(self, font: TTFont) -> None:
+    def __init__(self, font: TTFont, reading: RLock) -> None:
         # HarfBuzz reads a table at any later time, and cannot be told of a damaged one, so all
-        # tables are copied here.
-        wanted = TABLES if "GPOS" in font else TABLES + FALLBACK_TABLES
-        self._tables = {tag: font.getTableData(tag) for tag in wanted if tag in font}
+        # tables are copied here but for those that are seldom needed and large.
+        self._tables = {tag: font.getTableData(tag) for tag in TABLES if tag in font}
+        self._file, self._reading = font, reading
         self._advance: Callable[[int], float] = lambda _: 0.0
         self._failure: BaseException | None = None
         self._open()
@@ -85,13 +93,36 @@ class Shaper:
         self._font.funcs = functions
 
     def _table(self, _face: hb.Face, tag: str, _data: object) -> bytes:
+        if tag in OUTLINES and tag in self._file and tag not in self._tables:
+            try:
+                with self._reading, damage("The outlines are damaged"):
+                    # The bindings keep no table alive.
+                    self._tables[tag] = self._file.reader[tag]
+            except BaseException as error:
+                # HarfBuzz would print an exception and go on without this table.
+                self._failure = error
         return self._tables.get(tag, b"")
 
     @cached_property
     def features(self) -> frozenset[str]:
         """Tags of the features that the font has."""
         tables = (self._tables.get(tag, b"") for tag in ("GSUB", "GPOS"))
-        return frozenset(tag for table in tables for tag in _feature_tags(table))
+        return frozenset(tag for table in tables for tag in _tags(table, FEATURE_LIST))
+
+    @cached_property
+    def _positioned_scripts(self) -> set[str]:
+        """Tags of the scripts of GPOS."""
+        return _tags(self._tables.get("GPOS", b""), SCRIPT_LIST)
+
+    def _ignores_gpos(self, script: str | None) -> bool:
+        """Whether HarfBuzz places the glyphs of a script without GPOS.
+
+        It uses GPOS for Hebrew only if the table has this script, because the marks of many fonts
+        have no anchors.
+        """
+        if script == "Hebr":
+            return "hebr" not in self._positioned_scripts
+        return "GPOS" not in self._tables
 
     def shape(
         self,
@@ -116,10 +147,13 @@ class Shaper:
         ------
         TextError
             ``string`` is empty, or has invisible characters only.
+        FontError
+            The outlines are needed, and are damaged.
         GlyphError
             The font has no glyph for a character.
         """
         infos, positions, lines, rtl = [], [], [], []
+        by_extents = False
         with self._lock, self._heard_interrupts():
             self._go_to(w)
             self._advance = advance
@@ -131,7 +165,11 @@ class Shaper:
                     positions += buffer.glyph_positions
                     lines += [number] * len(buffer)
                     rtl += [run.rtl] * len(buffer)
+                    by_extents |= self._ignores_gpos(buffer.script)
             failure, self._failure = self._failure, None
+            if failure is not None:
+                # The face may lack a table.
+                self._open()
         if failure is not None:
             raise failure
         if not infos:
@@ -146,6 +184,7 @@ class Shaper:
             tuple(info.cluster for info in infos),
             tuple(lines),
             tuple(rtl),
+            by_extents,
             np.array([(p.x_advance, p.x_offset, p.y_offset) for p in positions]) / SCALE,
         )
 
@@ -227,9 +266,15 @@ def _script(characters: str) -> str | None:
     return next((script for script in scripts if script not in ("Zyyy", "Zinh", "Zzzz")), None)
 
 
-def _feature_tags(table: bytes) -> set[str]:
-    """Tags in the feature list of a GSUB or GPOS table (OpenType, "Feature List table")."""
-    start = int.from_bytes(table[6:8], "big")
+def _tags(table: bytes, at: int) -> set[str]:
+    """Tags in a list of a GSUB or GPOS table (OpenType, "Script List" and "Feature List table").
+
+    Parameters
+    ----------
+    at : int
+        Where the table states the start of the list.
+    """
+    start = int.from_bytes(table[at : at + 2], "big")
     count = int.from_bytes(table[start : start + 2], "big")
     tags = (table[start + 2 + 6 * i :][:4] for i in range(count))
     return {tag.decode("latin-1") for tag in tags}

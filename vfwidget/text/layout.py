@@ -209,7 +209,7 @@ def fit_layout(
         found = layout.base + layout.deltas @ gamma
         found[:, 0] += layout.pushed @ np.array([width(g) for g in row.glyph_ids])
         off = float(np.abs(found - expected).max())
-        rounding = len(expected) / (2 * SCALE) if font.has_positioning else BY_EXTENTS
+        rounding = BY_EXTENTS if row.by_extents else len(expected) / (2 * SCALE)
         if off > TOLERANCE * font.units_per_em + rounding:
             raise TextError(
                 f"HarfBuzz places the glyphs of {string!r} in a way that the font's variation "
@@ -297,7 +297,7 @@ def _neighbours(row: ShapedRow, is_mark: BoolArray) -> tuple[IntArray, IntArray]
 
 def _positioning_support(font: Font, row: ShapedRow) -> Array:
     """The regions over which the displacements of glyphs may vary, (m, n, 3)."""
-    if font.has_positioning:
+    if not row.by_extents:
         return font.positioning_support
     # HarfBuzz places marks by the extents of the outlines, which vary as the control points do.
     glyphs = [font.glyph(glyph_id) for glyph_id in row.glyph_ids]
