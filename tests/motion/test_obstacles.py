@@ -50,6 +50,31 @@ def test_a_bar_that_appears_across_a_stem_blocks_the_letter() -> None:
         simulated(text, 2, obstacles=lambda t: [bar] if t > 0.02 else [], positions=True)
 
 
+@pytest.mark.parametrize("size", [200, 2000])
+def test_a_letter_that_a_new_obstacle_covers_is_moved_out_and_not_thrown(size: int) -> None:
+    text = vf.Text("recursive", "o")
+    (_, low), (right, high) = text.points().amin(0).tolist(), text.points().amax(0).tolist()
+    left, bottom = right - size / 10, (low + high - size) / 2
+    square = [(left, bottom), (left + size, bottom)]
+    square += [(x, y + size) for x, y in reversed(square)]
+    # The letter moves along the side of the square at 120 units a second.
+    moved = simulated(
+        text,
+        30,
+        obstacles=lambda t: [square] if t > 0.1 else [],
+        impulses=[(0, (0, 120))],
+        friction=0,
+        positions=True,
+    )
+    assert vf.overlaps(moved[-1], [square]) == []
+    steps = np.diff(moved.positions[:, 0], axis=0)
+    appears = int(np.argmax(moved.times > 0.1)) - 1
+    # Axes that made room swing back, and the outline with them.
+    np.testing.assert_allclose(np.delete(steps[:, 1], appears), 2, atol=1)
+    assert abs(np.delete(steps[:, 0], appears)).max() < 2
+    assert moved.positions[-1, 0, 0] < -size / 20
+
+
 @pytest.mark.parametrize(("low", "high"), [(300, 400), (-3000, 3000)])
 def test_a_frame_with_a_deep_overlap_says_how_deep_it_is(monkeypatch, low, high) -> None:
     # The steps are replaced by steps that do not see the bar. It crosses the stem, and no corner of

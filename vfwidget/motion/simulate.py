@@ -91,7 +91,7 @@ def simulate(
         seconds; they push the letters. Their number may change over time. Of the obstacles with
         equal numbers of segments, those before and after a change correspond in their order if
         they are equally many; otherwise the nearest ones correspond. Letters that a new obstacle
-        covers are pushed out.
+        covers are moved out at once, and keep their velocity.
     positions : bool
         Whether the letters move freely. Otherwise only their axes move. Default False.
     rotations : bool

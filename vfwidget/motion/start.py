@@ -1,4 +1,8 @@
-"""The start of a simulation: letters that overlap are moved apart first."""
+"""Letters that overlap at the start, or that a new obstacle covers, are moved apart at rest.
+
+The contact of a step would do so as well, but within the time of the step, which would throw the
+letters away.
+"""
 
 from __future__ import annotations
 
@@ -34,27 +38,11 @@ def apart(body: Body, scene: Scene) -> Place:
     MotionError
         The overlaps cannot be resolved.
     """
-    text, obstacles = body.text, scene.given(0.0)
-    depth = deepest(text, obstacles)
-    if depth <= DEEP:
-        return body.start(text)
-    before = depth
-    if OFFSETS not in body.free:
-        text = resolve_overlaps(text, obstacles).text
-        depth = deepest(text, obstacles)
-    outlines, segments = scene.at(0.0)
-    goal = body.reduced_at(text.place)
-    for _ in range(ROUNDS):
-        if depth <= DEEP:
-            break
-        here = np.concatenate([body.positions(text.place)[body.controls], segments])
-        touches = Touches(body, outlines.gaps(here, 2 * depth), segments)
-        terms = [Inertia(body, goal), StayClose(), Contact(touches, 100 * STIFFNESS)]
-        energy = Energy(text, terms, free=body.free)
-        found = descend(energy, energy.unknowns.start, Tolerances(), 60, scale_by_columns=True)
-        text = text.moved_to(energy.unknowns.place(found.state.x))
-        depth = deepest(text, obstacles)
-    if depth > DEEP:
+    before = deepest(body.text, scene.given(0.0))
+    if before <= DEEP:
+        return body.start(body.text)
+    text = separated(body, body.text, scene, 0.0)
+    if text is None:
         raise MotionError(
             f"At the start the text overlaps itself or an obstacle by {before:.3g} font units, and "
             "no free state was found nearby. Move the obstacle or the text"
@@ -66,6 +54,26 @@ def apart(body: Body, scene: Scene) -> Place:
         MotionWarning,
     )
     return body.start(text)
+
+
+def separated(body: Body, text: Text, scene: Scene, time: float) -> Text | None:
+    """The nearest free state to a text that is found, among the obstacles of a time; or None."""
+    obstacles = scene.given(time)
+    if OFFSETS not in body.free:
+        text = resolve_overlaps(text, obstacles).text
+    outlines, segments = scene.at(time)
+    goal = body.reduced_at(text.place)
+    for _ in range(ROUNDS):
+        depth = deepest(text, obstacles)
+        if depth <= DEEP:
+            return text
+        here = np.concatenate([body.positions(text.place)[body.controls], segments])
+        touches = Touches(body, outlines.gaps(here, 2 * depth), segments)
+        terms = [Inertia(body, goal), StayClose(), Contact(touches, 100 * STIFFNESS)]
+        energy = Energy(text, terms, free=body.free)
+        found = descend(energy, energy.unknowns.start, Tolerances(), 60, scale_by_columns=True)
+        text = text.moved_to(energy.unknowns.place(found.state.x))
+    return text if deepest(text, obstacles) <= DEEP else None
 
 
 def deepest(text: Text, obstacles: Any) -> float:

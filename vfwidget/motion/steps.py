@@ -27,6 +27,8 @@ from .flight import Flight
 from .free_step import MARGIN, FreeStep
 from .laws import Laws, State
 from .scene import NEARBY, Scene
+from .start import DEEP as COVERED
+from .start import deepest, separated
 from .terms import (
     SLIP,
     STIFFNESS,
@@ -107,12 +109,23 @@ class Stepper:
             while end - now > 1e-9 * whole:
                 bounce = self.laws.restitution > 0 and impacts < most
                 h = min(end - now, most_h)
+                state = self._uncovered(state, now, now + h)
                 step = _Step(self.body, self.scene, self.laws, state, now, h, acceleration, rest)
                 state, used = step.taken(bounce)
                 impacts += used == 0
                 now += used
                 most_h = min(left, max(GROWTH * step.longest, whole / MOST_CUTS))
         return state
+
+    def _uncovered(self, state: State, time: float, later: float) -> State:
+        """The state, with letters moved out of obstacles that appear until a later time."""
+        if not self.scene.before(time, later)[1]:
+            return state
+        text = self.body.text.moved_to(state.place)
+        if deepest(text, self.scene.shapes(later)) <= COVERED:
+            return state
+        free = separated(self.body, text, self.scene, later)
+        return state if free is None else replace(state, place=self.body.start(free))
 
 
 class _Step(FreeStep):
