@@ -68,6 +68,37 @@ def test_language_and_script_choose_lookups() -> None:
     assert names(font, "a", language="sr", script="Hebr") == ["a"]
 
 
+def test_each_script_of_a_line_is_shaped_by_its_own_rules() -> None:
+    """A vowel that follows its consonant in the string stands before it on the line."""
+    letters = {0x915: "ka", 0x93F: "i", 0x20: "space", 0x627: "alif", 0x628: "beh", 0x5D0: "alef"}
+    letters |= {ord("a"): "a", ord("b"): "b", 0x412: "ve"}
+    glyphs = {name: fonts.outline(fonts.SQUARE) for name in [*letters.values(), "beh.init"]}
+
+    def edit(builder) -> None:
+        builder.setupCharacterMap(letters)
+        builder.addOpenTypeFeatures(
+            """
+            languagesystem DFLT dflt; languagesystem dev2 dflt; languagesystem arab dflt;
+            feature ccmp { sub b by b; } ccmp;
+            feature init { script arab; sub beh by beh.init; } init;
+            feature kern { pos b ve -50; } kern;
+            """
+        )
+
+    font = vf.load_font(fonts.build(glyphs, {}, edit=edit))
+    assert names(font, "\u0915\u093f") == ["i", "ka"]
+    assert names(font, "ab \u0915\u093f") == ["a", "b", "space", "i", "ka"]
+    assert names(font, "\u0915\u093f ab\u0915\u093f") == ["i", "ka", "space", "a", "b", "i", "ka"]
+    assert names(font, "ab \u0915\u093f", script="Latn")[3:] == ["ka", "i"]
+    # Two scripts from right to left, in one run of direction.
+    arabic = ["alif", "beh.init"]
+    assert names(font, "\u05d0 \u0628\u0627") == [*arabic, "space", "alef"]
+    assert names(font, "\u0628\u0627 \u05d0") == ["alef", "space", *arabic]
+    # Scripts of the same rules are kerned with each other, as in hb-shape.
+    row = font.shape_at("b\u0412", np.zeros(2), font.shaping_options(), lambda _: 600.0)
+    assert row.positions[:, 0].tolist() == [550, 600]
+
+
 def test_the_language_of_the_machine_has_no_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     font = hebrew_and_latin("feature locl { script latn; language SRB; sub a by a.alt; } locl;")
     monkeypatch.setenv("LC_ALL", "sr_RS.UTF-8")

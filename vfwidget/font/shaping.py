@@ -7,7 +7,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import groupby
 from threading import Lock, RLock, current_thread, main_thread
 from typing import Any
 
@@ -32,6 +33,11 @@ OUTLINES = ("glyf", "loca", "gvar", "CFF ", "CFF2")
 LINE_BREAK = re.compile("\r\n|\r|\n")
 """What separates the lines of a text. Fonts have glyphs for these characters, which are blank."""
 SCRIPT_LIST, FEATURE_LIST = 4, 6
+COMMON = frozenset(("Zyyy", "Zinh", "Zzzz"))
+"""Scripts of characters that are common to several scripts."""
+ALIKE = frozenset("Armn Bopo Copt Cyrl Geor Grek Hani Hira Kana Latn".split())
+"""Scripts that are shaped by the same rules. They stay in one run, as in hb-shape, so that their
+letters are kerned with one another."""
 SCALE = 1024
 """HarfBuzz gives positions in whole numbers, here in 1/1024 of a font unit."""
 
@@ -158,8 +164,7 @@ class Shaper:
             self._go_to(w)
             self._advance = advance
             for number, (start, line) in enumerate(_lines(string)):
-                for run in direction_runs(line, options.direction):
-                    script = options.script or _script(line[run.start : run.end]) or _script(line)
+                for run, script in _script_runs(line, options):
                     buffer = self._shape_run(string, start, run, script, options)
                     infos += buffer.glyph_infos
                     positions += buffer.glyph_positions
@@ -260,10 +265,42 @@ def _lines(string: str) -> Iterator[tuple[int, str]]:
     yield start, string[start:]
 
 
-def _script(characters: str) -> str | None:
-    """The script of the first character that is not common to several scripts."""
-    scripts = (unicodedata.script(character) for character in characters)
-    return next((script for script in scripts if script not in ("Zyyy", "Zinh", "Zzzz")), None)
+@lru_cache
+def _script_runs(line: str, options: ShapingOptions) -> tuple[tuple[Run, str | None], ...]:
+    """The runs of a line from left to right, each of one direction, with their scripts.
+
+    HarfBuzz shapes a run by the rules of one script.
+    """
+    found: list[tuple[Run, str | None]] = []
+    for run in direction_runs(line, options.direction):
+        scripts = _scripts(line[run.start : run.end])
+        if options.script is not None or scripts[0] is None:
+            found.append((run, options.script or next(filter(None, _scripts(line)), None)))
+            continue
+        parts, start = [], run.start
+        for script, characters in groupby(scripts):
+            end = start + len(list(characters))
+            parts.append((Run(start, end, run.rtl), script))
+            start = end
+        found += parts[::-1] if run.rtl else parts
+    return tuple(found)
+
+
+def _scripts(characters: str) -> list[str | None]:
+    """The script by whose rules each character is shaped, None if no character has one.
+
+    A character that is common to several scripts goes with the one before it (Unicode Standard
+    Annex 24, "Unicode Script Property").
+    """
+    own = [None if script in COMMON else script for script in map(unicodedata.script, characters)]
+    alike = next((script for script in own if script in ALIKE), None)
+    latest = next(filter(None, own), None)
+    found = []
+    for script in own:
+        if script is not None:
+            latest = alike if script in ALIKE else script
+        found.append(latest)
+    return found
 
 
 def _tags(table: bytes, at: int) -> set[str]:
