@@ -16,11 +16,18 @@ def flat(contour):
     return LinearRing(np.concatenate([GRID @ segment for segment in np.asarray(contour)]))
 
 
+def disc_at(centre, radius):
+    """A disc as one contour in a list."""
+    circle = vf.Artwork(f'<svg xmlns="http://www.w3.org/2000/svg"><circle r="{radius}"/></svg>')
+    return circle.moved(*centre).contours
+
+
 def distance(text, obstacle=None):
     """The smallest distance between two letters of the text, or from an obstacle."""
     contours = iter(text.segments())
     shapes = [MultiLineString([flat(next(contours)) for _ in g.contours]) for g in text.glyphs]
-    shapes += [] if obstacle is None else [LinearRing(obstacle)]
+    if obstacle is not None:
+        shapes.append(flat(obstacle[0]) if np.ndim(obstacle) == 4 else LinearRing(obstacle))
     return min(a.distance(b) for i, a in enumerate(shapes) for b in shapes[i + 1 :])
 
 
@@ -57,6 +64,17 @@ def test_the_miss_is_that_of_the_smallest_distance(font):
     apart = distance(text)
     assert miss(text, gap=apart + 5) == pytest.approx(5, abs=0.01)
     assert miss(text, gap=apart - 0.01) == 0
+
+
+@pytest.mark.parametrize("angle", np.arange(0.1, 1.5, 0.2))
+def test_two_round_shapes(angle):
+    """No sample of either outline is nearer than the gap, but their nearest points are."""
+    text = vf.Text("recursive", "O")
+    lower, upper = (text.points().numpy().min(0), text.points().numpy().max(0))
+    way = 900 * np.array([np.cos(angle), np.sin(angle)])
+    disc = disc_at((lower + upper) / 2 + way, 350.0)
+    apart = distance(text, disc)
+    assert miss(text, disc, gap=apart + 0.02) == pytest.approx(0.02, abs=0.01)
 
 
 def test_only_the_pairs_that_are_asked_for_have_planes():

@@ -19,9 +19,12 @@ from ..outline.contours import Contours
 from ..outline.cubics import bernstein
 from .collisions import Collisions
 from .contacts import nearest, sampled
-from .gaps import Gaps, Outlines
+from .gaps import SAG, Gaps, Outlines
 from .shape import Shape
 
+REACH = 2 * SAG
+"""Font units: samples of outlines that are farther apart than a gap by this much may lie beside
+points that are nearer."""
 ROUNDING = 1e-9
 """Of a parameter: a point that is so near to the end of a part lies on it."""
 
@@ -95,8 +98,8 @@ def find_planes(
     unions = {i: shapes[i].union() for i in set(pairs.ravel().tolist())}
     ends = _inside(shapes, pairs, unions, nearby, starts)
     if gap and len(pairs):
-        beside = Outlines(shapes, len(letters)).gaps(segments, gap)
-        beside = beside.some(_outside(beside, pairs, unions, starts))
+        beside = Outlines(shapes, len(letters)).gaps(segments, gap + REACH)
+        beside = beside.some((beside.gap < gap) & _between(beside, pairs, unions, starts))
         ends.append(_Ends(beside.segment, beside.t, beside.normal))
     segment, t, normal = (np.concatenate(values) for values in zip(*ends, strict=True))
 
@@ -141,11 +144,11 @@ def _inside(
     return found
 
 
-def _outside(gaps: Gaps, pairs: IntArray, unions: dict[int, Spans], starts: IntArray) -> BoolArray:
+def _between(gaps: Gaps, pairs: IntArray, unions: dict[int, Spans], starts: IntArray) -> BoolArray:
     """Which gaps are between the boundaries of two shapes of a pair, and not inside one."""
     asked = np.zeros((len(starts), len(starts)), dtype=bool)
     asked[pairs, pairs[:, ::-1]] = True
-    kept = asked[gaps.shape[:, 0], gaps.shape[:, 1]] & (gaps.gap >= 0)
+    kept = asked[gaps.shape[:, 0], gaps.shape[:, 1]]
     for i, union in unions.items():
         for end in (0, 1):
             at = np.flatnonzero(kept & (gaps.shape[:, end] == i))
