@@ -217,3 +217,16 @@ def test_swapped_and_bad_arguments_are_refused() -> None:
             vf.resolve_overlaps(text, seconds=seconds)  # type: ignore[arg-type]
     with pytest.raises(vf.SolveError, match="terms must be a sequence"):
         vf.resolve_overlaps(text, terms=3)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("gap", [np.int64(20), np.float32(20), 20])
+def test_a_gap_is_any_real_number(gap):
+    text = pushed_together(by=10)
+    start = {"max_iterations": 0, "restarts": 0}
+    solutions = [vf.solve(text, vf.NoOverlap(gap=one), **start) for one in (gap, 20.0)]
+    assert solutions[0].terms[0].miss == solutions[1].terms[0].miss
+
+
+def test_true_is_no_gap():
+    with pytest.raises(vf.OverlapError, match="gap must be a number"):
+        vf.resolve_overlaps(pushed_together(), gap=True)

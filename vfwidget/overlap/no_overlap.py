@@ -15,6 +15,7 @@ from ..arrays import Array
 from ..energy import Derivative, Term
 from ..energy.rows import Rows
 from ..errors import OverlapError
+from ..solver.problem import is_number
 from ..text import Text
 from ..text.memo import Memo
 from ..text.points import PointSet
@@ -78,7 +79,7 @@ class NoOverlap(Term):
             )
         if not (isinstance(self.method, str) and self.method in METHODS):
             raise OverlapError(f"method must be one of {METHODS}; got {self.method!r}.")
-        if not (isinstance(self.gap, int | float) and 0 <= self.gap <= LARGEST):
+        if not (is_number(self.gap) and 0 <= self.gap <= LARGEST):
             raise OverlapError(
                 f"gap must be a number of font units, 0 to {LARGEST:g}; got {self.gap!r:.200}."
             )
