@@ -26,6 +26,13 @@ def test_a_match_speaks_of_one_state(found, text, image):
     assert found.placement.numpy() == pytest.approx(frame(text, SIZE).numpy(), abs=0.1)
 
 
+def test_a_match_is_shown_in_two_lines(found, ignorant):
+    first, second = repr(found).splitlines()
+    assert first.startswith("<Match: matched: DynaPuff explains ")
+    assert second.startswith(" axes {") and "wght: 6" in second
+    assert len(repr(ignorant).splitlines()) == 2
+
+
 def test_an_image_is_not_changed(image, text):
     given = image.copy()
     match(given, "S", "dynapuff")

@@ -52,7 +52,10 @@ class Match:
     left_out: dict[str, str] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
-        return f"<Match of {self.text.string!r}: " + "\n ".join(self.report().splitlines()) + ">"
+        axes = [self.axes] if self.text.shared else self.axes
+        rows = ("{" + ", ".join(f"{t}: {v:.4g}" for t, v in row.items()) + "}" for row in axes[:2])
+        more = ", …" if len(axes) > 2 else ""
+        return f"<Match: {self.report().splitlines()[0]}\n axes {', '.join(rows)}{more}>"
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(self.report())}</pre>"
