@@ -77,6 +77,27 @@ def test_arrays_of_any_kind(kind):
     assert torch.equal(vf.Glyph(**parts).points([0.3, -0.2]), want)
 
 
+@pytest.mark.parametrize("kind", [np.asarray, torch.tensor])
+def test_later_changes_of_the_arrays_do_not_change_the_glyph(kind):
+    parts = random_parts()
+    arrays = [kind(part) for part in (parts["default"], parts["deltas"], SUPPORT.copy())]
+    advance = (600.0, kind(np.ones(2)), kind(SUPPORT.copy()))
+    glyph = vf.Glyph(*arrays, parts["contours"], advance)
+    w = [0.3, -0.2]
+    points, width = glyph.points(w), glyph.advance(w)
+    for array in (*arrays, *advance[1:]):
+        array[:] = 7
+    assert torch.equal(glyph.points(w), points) and torch.equal(glyph.advance(w), width)
+
+
+@pytest.mark.filterwarnings("error")
+def test_arrays_may_be_read_only():
+    parts = random_parts()
+    for name in ("default", "deltas"):
+        parts[name].flags.writeable = False
+    assert vf.Glyph(**parts).points([0.3, -0.2]).shape == (9, 2)
+
+
 def test_an_advance_may_be_one_number():
     glyph = vf.Glyph(**random_parts() | {"advance": 512})
     assert glyph.advance([0.5, 0.5]).item() == 512

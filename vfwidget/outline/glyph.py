@@ -15,7 +15,7 @@ from .contours import Contours
 from .coordinates import check_coordinates
 from .cubics import x_extent
 from .paint import Paint
-from .varying import Affine, Varying, constant
+from .varying import Affine, Varying, constant, owned
 
 if TYPE_CHECKING:
     import torch
@@ -122,7 +122,7 @@ class Glyph:
         name: str = "",
         glyph_id: int = 0,
     ) -> None:
-        outline = Affine(default, deltas, support)
+        outline = Affine(*map(owned, (default, deltas, support)))
         advance_width = _read_advance(advance, outline.axis_count)
         self._assemble(outline, advance_width, contours, name, glyph_id)
 
@@ -344,7 +344,7 @@ class Layer:
 
 def _read_advance(advance: Any, axis_count: int) -> Affine:
     if not isinstance(advance, tuple):
-        return constant(advance, axis_count)
+        return constant(owned(advance), axis_count)
     try:
         default, deltas, support = advance
     except ValueError:
@@ -352,4 +352,4 @@ def _read_advance(advance: Any, axis_count: int) -> Affine:
             "advance must be a number or a triple (default, deltas, support); "
             f"got {len(advance)} parts."
         ) from None
-    return Affine(default, deltas, support)
+    return Affine(*map(owned, (default, deltas, support)))

@@ -154,6 +154,12 @@ def constant(value: ArrayLike, axis_count: int) -> Affine:
     return Affine(value, np.zeros((*shape, 0)), np.zeros((0, axis_count, 3)))
 
 
+def owned(part: ArrayLike) -> ArrayLike:
+    """A copy of an array, which its owner may change later; a tensor that requires grad itself."""
+    # The order in memory stays, so that sums are added up in the same order.
+    return part if _requires_grad(part) else _numbers(part).copy(order="K")
+
+
 def _numbers(part: ArrayLike) -> Array:
     try:
         numbers = to_array(part)
