@@ -117,13 +117,15 @@ def cross(energy: Energy, found: Descent, descend: Descend) -> Crossing:
     Crossing
     """
     met: list[Boundary] = []
-    if len(energy.text.composition.settings.rows) == 1 or found.at_bounds is None:
+    if len(energy.text.composition.settings.rows) == 1:
         return Crossing(energy, found, met)
     letters = len(energy.text.coordinates)
     refused: dict[Entry, _Refused] = {}
     former = set[Entry]()
     for _ in range(MOST_BOXES * letters):
         sides = list(_sides(energy, found))
+        if not sides:
+            return Crossing(energy, found, met)
         better, ended = list[_Side](), False
         # Letters with axes of their own hardly affect one another, so each is decided by itself.
         for _, own in groupby(sides, key=lambda side: side[0][0]):

@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, holds_anywhere
 from ..errors import SolveError
 from .linearize import cell, linearize
 from .model import Model
@@ -253,6 +253,8 @@ def _try(
         # The step meets a bound exactly, so that the next iterate is found to lie on it. The sum
         # of x and the distance to the bound may be the number next to it.
         for met, end, bound in (d <= low, low, problem.lower), (d >= high, high, problem.upper):
+            if not holds_anywhere(met):
+                continue
             x = np.where(met, np.where(end == bound - state.x, bound, state.x + end), x)
     x = np.minimum(np.maximum(x, problem.lower), problem.upper)
     residual = yield Kind.RESIDUAL, x

@@ -15,7 +15,7 @@ from collections.abc import Generator
 
 import numpy as np
 
-from ..arrays import Array, holds_anywhere
+from ..arrays import Array, between, holds_anywhere
 from ..errors import SolveError
 from .model import Model
 from .problem import Kind, Problem, Request, State
@@ -57,12 +57,12 @@ def one_sided(
     on_kink = near.any(1)
     right, left = on_kink & (high > 0), on_kink & (low < 0)
     beyond = x + OFFSET * right - OFFSET * (on_kink & ~right)
-    jacobian = yield Kind.JACOBIAN, np.clip(beyond, problem.lower, problem.upper)
+    jacobian = yield Kind.JACOBIAN, between(beyond, problem.lower, problem.upper)
     both = left & right
-    if not both.any():
+    if not holds_anywhere(both):
         return jacobian, low, high
     before = x - OFFSET * left + OFFSET * (on_kink & ~left)
-    other = yield Kind.JACOBIAN, np.clip(before, problem.lower, problem.upper)
+    other = yield Kind.JACOBIAN, between(before, problem.lower, problem.upper)
     descent_right = -problem.half_gradient(state.residual, jacobian, x)
     descent_left = problem.half_gradient(state.residual, other, x)
     take_left = both & (descent_left > 0) & (descent_left > descent_right)

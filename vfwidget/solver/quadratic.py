@@ -15,8 +15,8 @@ import numpy as np
 from ..arrays import Array, BoolArray, between, holds_anywhere, holds_everywhere
 
 MANY = 24
-"""With more equations than this, it takes less time to look for a variable at its bound than to
-solve a system that ignores the bounds."""
+"""With more equations than this, it takes less time to look for variables at their bounds than to
+solve a system that ignores the bounds, even if there are none."""
 ROUNDING = 1e-13
 """A slope counts as zero if it is smaller than this share of the terms that add up to it."""
 
@@ -241,7 +241,7 @@ def minimise_over_box(
     d, free, lowest = np.zeros(len(low)), None, math.inf
     if start is not None:
         d, free = start, (start > low) & (start < high)
-    elif quadratic.equations > MANY:
+    elif quadratic.equations > MANY or 0.0 in low.tolist() or 0.0 in high.tolist():
         free = ~_held(d, quadratic.slope(d), low, high)
     if free is None or holds_everywhere(free):
         new = quadratic.minimiser()
