@@ -1,7 +1,8 @@
-"""Lines of a text: how they are separated, what they are called, and how wide they are."""
+"""Lines of a text: how they are separated, how wide they are, and where tracking adds space."""
 
 from __future__ import annotations
 
+import fonts
 import pytest
 
 import vfwidget as vf
@@ -29,3 +30,37 @@ def test_a_line_without_letters_has_no_width_to_reach(string: str) -> None:
     found = vf.solve(text, vf.Width(wanted))
     assert found.status == "converged"
     assert found.text.advance() == pytest.approx(wanted, abs=0.1)
+
+
+def devanagari() -> vf.Font:
+    """A consonant, a vowel that is drawn before it, one drawn after it, and a combining mark."""
+    letters = {0x915: "ka", 0x93F: "i", 0x93E: "aa", 0x902: "dot"}
+
+    def edit(builder) -> None:
+        builder.setupCharacterMap(letters)
+        builder.addOpenTypeFeatures(
+            "languagesystem dev2 dflt; feature abvs { sub ka by ka; } abvs;"
+            "table GDEF { GlyphClassDef [ka i aa], , [dot], ; } GDEF;"
+        )
+
+    glyphs = {name: fonts.outline(fonts.SQUARE) for name in letters.values()}
+    return vf.load_font(fonts.build(glyphs, {}, edit=edit, metrics={"dot": (0, 100)}))
+
+
+def test_tracking_adds_no_space_within_a_syllable() -> None:
+    """A browser adds it after each grapheme cluster (CSS Text, "letter-spacing")."""
+    plain = vf.Text(devanagari(), "\u0915\u093f\u0902\u0915\u093e\u0902\n\u0915\u0915\u093e")
+    loose = plain.at(tracking=70)
+    pairs = list(zip(plain.layout, loose.layout, strict=True))
+    assert [(a.glyph.name, b.x - a.x, b.advance - a.advance) for a, b in pairs] == [
+        ("i", 0, 0),
+        ("ka", 0, 0),
+        ("dot", 0, 70),
+        ("ka", 70, 0),
+        ("aa", 70, 0),
+        ("dot", 70, 70),
+        ("ka", 0, 70),
+        ("ka", 70, 0),
+        ("aa", 70, 70),
+    ]
+    assert loose.advance() - plain.advance() == 140

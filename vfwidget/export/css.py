@@ -21,7 +21,7 @@ def declarations(
     features : sequence of (tag, value)
         OpenType features that differ from the defaults of the font.
     tracking : float
-        Space after each letter, in em.
+        Space after each grapheme, in em.
     """
     lines = [f"font-family: {quoted(family)};"]
     if features:

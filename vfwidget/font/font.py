@@ -376,11 +376,16 @@ class Font(DesignSpace):
         return check_options(self._shaper.features, **options)
 
     def shape_at(
-        self, string: str, w: Array, options: ShapingOptions, advance: Callable[[int], float]
+        self,
+        string: str,
+        w: Array,
+        options: ShapingOptions,
+        advance: Callable[[int], float],
+        by_grapheme: bool = False,
     ) -> ShapedRow:
         """The glyphs of a string at w (n,), with their positions; see :meth:`Shaper.shape`."""
         final = self._displacement.value(w) if self._displacement else w
-        return self._shaper.shape(string, final, options, advance)
+        return self._shaper.shape(string, final, options, advance, by_grapheme)
 
     def settings(self, string: str, options: ShapingOptions) -> Settings:
         """The rows of glyphs that a string has over the design space; see :class:`Settings`.

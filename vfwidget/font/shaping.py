@@ -136,6 +136,7 @@ class Shaper:
         w: Array,
         options: ShapingOptions,
         advance: Callable[[int], float],
+        by_grapheme: bool = False,
     ) -> ShapedRow:
         r"""Shape a text at one location of the design space.
 
@@ -148,6 +149,9 @@ class Shaper:
         options : ShapingOptions
         advance : function
             Gives the advance width of a glyph at ``w``, by glyph id, in font units.
+        by_grapheme : bool
+            Whether a cluster is a grapheme with its marks. By default each character has a
+            cluster of its own, unless its glyph stands for others as well.
 
         Raises
         ------
@@ -165,7 +169,7 @@ class Shaper:
             self._advance = advance
             for number, (start, line) in enumerate(_lines(string)):
                 for run, script in _script_runs(line, options):
-                    buffer = self._shape_run(string, start, run, script, options)
+                    buffer = self._shape_run(string, start, run, script, options, by_grapheme)
                     infos += buffer.glyph_infos
                     positions += buffer.glyph_positions
                     lines += [number] * len(buffer)
@@ -237,11 +241,20 @@ class Shaper:
             font.set_var_coords_normalized(coordinates)
 
     def _shape_run(
-        self, string: str, start: int, run: Run, script: str | None, options: ShapingOptions
+        self,
+        string: str,
+        start: int,
+        run: Run,
+        script: str | None,
+        options: ShapingOptions,
+        by_grapheme: bool,
     ) -> hb.Buffer:
         buffer = hb.Buffer()
+        level = hb.BufferClusterLevel
         # A mark keeps its own cluster, so that a missing one is not taken for its base.
-        buffer.cluster_level = hb.BufferClusterLevel.MONOTONE_CHARACTERS
+        buffer.cluster_level = (
+            level.MONOTONE_GRAPHEMES if by_grapheme else level.MONOTONE_CHARACTERS
+        )
         # uharfbuzz takes no subclass, such as numpy's strings.
         buffer.add_str(str(string), start + run.start, run.end - run.start)
         # A joiner and its like say how to shape, and then become invisible.

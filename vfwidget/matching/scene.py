@@ -56,7 +56,7 @@ class State:
     offsets : (l, 2) array
         Displacements of the letters, in font units.
     tracking : (1,) array
-        Space after each letter, in font units.
+        Space after each grapheme, in font units.
     """
 
     theta: Array

@@ -74,11 +74,14 @@ class Layout:
         For each row, the glyph next to which it is placed: for a mark its base, for another glyph
         the one before it; -1 at the start of a line.
     gaps : (l + lines,) int array
-        How many letters stand before each row on its line: the places where tracking adds space.
+        How many graphemes stand before that of each row on its line: the places where tracking
+        adds space.
     own : (l,) array
         How much of each glyph's advance width counts in its advance: 0 for a mark, else 1.
     is_mark : (l,) bool array
         Which glyphs have no advance and stand at a letter.
+    ends_grapheme : (l,) bool array
+        Which glyphs have the space of tracking after them.
     advance_base, advance_deltas : (l,) and (l, m) arrays
         What kerning adds to the advance of each glyph.
     """
@@ -92,6 +95,7 @@ class Layout:
     gaps: IntArray = field(repr=False)
     own: Array = field(repr=False)
     is_mark: BoolArray = field(repr=False)
+    ends_grapheme: BoolArray = field(repr=False)
     advance_base: Array = field(repr=False)
     advance_deltas: Array = field(repr=False)
 
@@ -201,7 +205,9 @@ def fit_layout(
     apart = np.array([shape(w, lambda _: 0.0) for w in places[chosen]])
     fitted = _fit(scalars[chosen], apart.reshape(len(chosen), -1)).reshape(-1, *apart.shape[1:])
     response = shape(places[chosen[0]], lambda _: 1.0) - apart[0]
-    layout = _assemble(row, fitted, response, support)
+    w = places[chosen[0]]
+    graphemes = font.shape_at(string, w, options, lambda _: 0.0, by_grapheme=True).clusters
+    layout = _assemble(row, graphemes, fitted, response, support)
     for w in fresh:
         width = _widths(font, w)
         expected = _origins(row, shape(w, width))
@@ -225,11 +231,15 @@ def _widths(font: Font, w: Array) -> Callable[[int], float]:
     return cache(lambda g: max(float(font.glyph(g).advance_width.value(w)), 0.0))
 
 
-def _assemble(row: ShapedRow, fitted: Array, response: Array, support: Array) -> Layout:
+def _assemble(
+    row: ShapedRow, graphemes: Sequence[int], fitted: Array, response: Array, support: Array
+) -> Layout:
     """A layout from the numbers of each glyph.
 
     Parameters
     ----------
+    graphemes : sequence of l int
+        The grapheme of each glyph, by its first character.
     fitted : (1 + m, l, 3) array
         Constant and deltas of advance, x offset and y offset where all advance widths are 0.
     response : (l, 3) array
@@ -246,7 +256,7 @@ def _assemble(row: ShapedRow, fitted: Array, response: Array, support: Array) ->
     pushed = np.where(same_line, (reach[:, None] - before).clip(0, own), 0.0)
     # Without GPOS, HarfBuzz draws a mark that has no base ahead of the pen, by its own width.
     np.fill_diagonal(pushed, pushed.diagonal() + reach[: len(own)].clip(None, 0.0))
-    anchor, gaps = _neighbours(row, is_mark)
+    anchor, gaps, ends_grapheme = _neighbours(row, np.array(graphemes), is_mark)
     return Layout(
         row,
         pushed=pushed,
@@ -257,6 +267,7 @@ def _assemble(row: ShapedRow, fitted: Array, response: Array, support: Array) ->
         gaps=gaps,
         own=own,
         is_mark=is_mark,
+        ends_grapheme=ends_grapheme,
         advance_base=fitted[0, :, 0],
         advance_deltas=fitted[1:][used, :, 0].T,
     )
@@ -278,10 +289,13 @@ def _origins(row: ShapedRow, numbers: Array) -> Array:
     return origins
 
 
-def _neighbours(row: ShapedRow, is_mark: BoolArray) -> tuple[IntArray, IntArray]:
-    """``Layout.anchor`` and ``Layout.gaps``."""
+def _neighbours(
+    row: ShapedRow, graphemes: IntArray, is_mark: BoolArray
+) -> tuple[IntArray, IntArray, BoolArray]:
+    """``Layout.anchor``, ``Layout.gaps`` and ``Layout.ends_grapheme``."""
     lines, count = _lines(row), len(row.lines)
     anchor, gaps = np.full(len(lines), -1), np.zeros(len(lines), dtype=np.intp)
+    ends_grapheme = np.zeros(count, dtype=bool)
     marks, rtl = np.zeros((2, len(lines)), dtype=bool)
     marks[:count], rtl[:count] = is_mark, row.rtl
     for line in range(len(lines) - count):
@@ -291,8 +305,13 @@ def _neighbours(row: ShapedRow, is_mark: BoolArray) -> tuple[IntArray, IntArray]
         nearest = np.where(marks[own] & rtl[own], after, before - 1)
         exists = (nearest >= 0) & (nearest < len(bases))
         anchor[own[exists]] = bases[nearest[exists]]
-        gaps[own] = before - (marks[own] & ~rtl[own] & (before > 0))
-    return anchor, gaps
+        begins = np.diff(graphemes[bases], prepend=-1) != 0
+        ends_grapheme[bases] = np.append(begins, True)[1:]
+        # A mark belongs to the grapheme of its base.
+        holder = np.where(exists & marks[own], anchor[own], own)
+        numbers = np.append(begins.cumsum() - 1, begins.sum())
+        gaps[own] = numbers[np.searchsorted(bases, holder)]
+    return anchor, gaps, ends_grapheme
 
 
 def _positioning_support(font: Font, row: ShapedRow) -> Array:

@@ -60,9 +60,11 @@ class Origins:
     pushed : (r, l) array
         How much of each letter's advance width lies before each origin.
     gaps : (r,) array
-        How many letters stand before each origin on its line.
+        How many graphemes stand before that of each origin on its line.
+    ends_grapheme : (l,) array
+        1 for a letter that has the space of tracking after it, else 0.
     is_base : (l,) array
-        1 for a letter, 0 for a mark, which gets no tracking.
+        1 for a letter, 0 for a mark.
     anchor : (r,) int array
         The letter next to which each letter is placed, or -1; a line ends at its last letter.
     own, anchored : Halves
@@ -86,6 +88,8 @@ class Origins:
         self.pushed = np.array([layout.pushed[k] for k, layout in enumerate(of_row)])
         self.gaps = np.array([layout.gaps[k] for k, layout in enumerate(of_row)], dtype=np.float64)
         self.anchor = np.array([layout.anchor[k] for k, layout in enumerate(of_row)])
+        ends = [of_row[k].ends_grapheme[k] for k in range(letters)]
+        self.ends_grapheme = np.array(ends, dtype=np.float64)
         self.is_base = np.array([1.0 - of_row[k].is_mark[k] for k in range(letters)])
         self.parameters = 1 if shared else letters
         self._step(layouts, of_row, regions, count)

@@ -47,7 +47,7 @@ class Text(Exports):
         Angle of each letter about its origin, in radians, counterclockwise. Default 0. Solves
         keep the angles.
     tracking : float
-        Space that is added after each letter, in font units. Default 0.
+        Space that is added after each grapheme, in font units. Default 0.
     features : mapping of tag to bool or int, optional
         OpenType features to switch on or off, or alternates to choose: ``{"smcp": True}``. With
         ``{"kern": False}`` letters are spaced by their side bearings alone, as in Eq. 3.
@@ -171,7 +171,7 @@ class Text(Exports):
 
     @property
     def tracking(self) -> float:
-        """Space that is added after each letter, in font units."""
+        """Space that is added after each grapheme, in font units."""
         return float(self._tracking[0])
 
     @property
@@ -181,7 +181,7 @@ class Text(Exports):
         origins = word.origins_at(self._theta)[letters]
         origins[:, 0] += self._tracking * word.origins.gaps[letters]
         origins += self._offsets
-        advances = word.set_advances(self._theta) + self._tracking * word.origins.is_base
+        advances = word.set_advances(self._theta) + self._tracking * word.origins.ends_grapheme
         rows = zip(word.glyph_ids, word.glyphs, word.clusters, *origins.T, advances, strict=True)
         return [PlacedGlyph(*row[:3], *map(float, row[3:])) for row in rows]
 
@@ -213,7 +213,7 @@ class Text(Exports):
         rotations : (l,) array, optional
             New angles of the letters, in radians. By default they stay.
         tracking : float, optional
-            New space after each letter, in font units. By default it stays.
+            New space after each grapheme, in font units. By default it stays.
         shared : bool, optional
             Whether the letters of the new text share their axes. Handles do not go along with a
             change of it.
