@@ -252,6 +252,9 @@ def _beyond(energy: Energy, found: Descent, entry: Entry, step: float) -> Iterat
         place = energy.unknowns.place(x)
         other = energy.text.moved_to({name: place[name] for name in energy.text.place})
         yield other
+        if other.word is energy.text.word:
+            # Where axes move others, several boxes with the same glyphs lead up to a boundary.
+            return
         ahead = int(step > 0)
         end = other.composition.bounds_at(other.coordinates)[ahead][entry]
         width = abs(float(end - other.coordinates[entry]))
