@@ -130,6 +130,8 @@ def test_clusters_and_lines_count_through_the_string() -> None:
         ({"features": ["kern"]}, "has to be a mapping .* received"),
         ({"features": {"kern": "off"}}, "'kern' has to be on, off or a number; received 'off'"),
         ({"features": {"kern": -1}}, "received -1"),
+        ({"features": {"kern": 2**32}}, "received 4294967296"),
+        ({"features": {"kern": 10**30}}, "received 1000000"),
         ({"features": {"kern": float("nan")}}, "received nan"),
         ({"script": "Latin"}, "ISO 15924 .* received 'Latin'"),
         ({"script": 7}, "received 7"),

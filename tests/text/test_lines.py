@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fonts
+import numpy as np
 import pytest
 
 import vfwidget as vf
@@ -30,6 +31,12 @@ def test_a_line_without_letters_has_no_width_to_reach(string: str) -> None:
     found = vf.solve(text, vf.Width(wanted))
     assert found.status == "converged"
     assert found.text.advance() == pytest.approx(wanted, abs=0.1)
+
+
+@pytest.mark.parametrize("number", [np.float32(30), np.float16(30), np.int8(30)], ids=repr)
+def test_lengths_may_be_numbers_of_numpy(number) -> None:
+    text = vf.Text("recursive", "a\nb", tracking=number, line_height=number)
+    assert (text.tracking, text.layout[1].y) == (30, -30)
 
 
 def devanagari() -> vf.Font:

@@ -18,6 +18,8 @@ COMMON_FEATURES = frozenset(
     "vjmo".split()
 )
 """Features that may be switched whether the font has them or not: those that HarfBuzz applies."""
+MOST_ALTERNATES = 2**32
+"""HarfBuzz holds the value of a feature in 32 bits."""
 LANGUAGE = re.compile(r"([A-Za-z]{2,3}|[xX](?=-)|[iI](?=-))(-[A-Za-z0-9]{1,8})*")
 """The form of a BCP 47 language tag."""
 LANGUAGES = frozenset(
@@ -86,7 +88,8 @@ def check_options(
         if tag not in COMMON_FEATURES and tag not in font_features:
             names = ", ".join(sorted(font_features)) or "none"
             raise TextError(f"The font has no feature {tag!r}. It has: {names}.")
-        if not isinstance(value, bool | int | np.integer | np.bool_) or value < 0:
+        whole = isinstance(value, bool | int | np.integer | np.bool_)
+        if not whole or not 0 <= int(value) < MOST_ALTERNATES:
             raise TextError(f"Feature {tag!r} has to be on, off or a number; received {value!r}.")
     if language is not None and not _is_language(language):
         raise TextError(f"language has to be a BCP 47 tag such as 'en'; received {language!r}.")

@@ -126,7 +126,9 @@ def read_length(name: str, value: Any) -> float:
     TextError
         It is not a finite number.
     """
-    number = isinstance(value, int | float | np.integer | np.floating)
+    # numpy would compare a short floating-point number with the greatest one of its own kind.
+    value = value.item() if isinstance(value, np.generic) else value
+    number = isinstance(value, int | float)
     # An integer of Python may be too large for a floating-point number.
     if not number or isinstance(value, bool) or not abs(value) <= sys.float_info.max:
         raise TextError(f"{name} has to be a finite number of font units; received {value!r:.100}.")
