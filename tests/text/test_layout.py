@@ -109,6 +109,15 @@ def test_letters_with_axes_of_their_own_share_a_kern() -> None:
         assert placed[1].x == pytest.approx(600 + kern)
 
 
+@pytest.mark.parametrize("shared", [True, False])
+def test_an_advance_reaches_the_next_letter(shared: bool) -> None:
+    text = vf.Text("afacad-flux", "AVATo", shared=shared, tracking=10)
+    for theta in np.random.default_rng(2).uniform(*text.font.bounds, (4, *text.theta.shape)):
+        moved = text.at(theta=theta)
+        ends = [*(record.x for record in moved.layout[1:]), moved.advance()]
+        assert ends == pytest.approx([record.x + record.advance for record in moved.layout])
+
+
 def test_a_mark_follows_its_anchor() -> None:
     text = vf.Text(kerned(MARK), "n\u0301a")
     for wght, x, y in ((400, 300, 0), (900, 400, 0), (650, 350, 0)):

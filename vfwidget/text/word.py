@@ -170,15 +170,26 @@ class Word:
         return self.origins.value(self.scalars.value(theta), self.advances(theta))
 
     def set_advances(self, theta: Array) -> Array:
-        """Advance of each letter at Θ with its kerning, (l,), evaluated at its own axes."""
-        widths = self.advances(theta)
-        found = np.empty(len(widths))
-        for i, (_, w) in enumerate(self.letters(theta)):
-            layout = self.layouts[i]
-            final = to_array(self.font.final_coordinates(w))
-            kern = layout.advance_deltas[i] @ Regions(layout.support).scalars(final)
-            found[i] = layout.own[i] * widths[i] + layout.advance_base[i] + kern
-        return found
+        """Advance of each letter at Θ with its kerning, (l,).
+
+        As for the origins, kerning is the mean of its values at the letter and at the next one.
+        """
+        widths, count = self.advances(theta), len(self.glyphs)
+        following = np.arange(count)
+        for k in np.flatnonzero(self.origins.is_base):
+            if self.origins.anchor[k] >= 0:
+                following[self.origins.anchor[k]] = k
+        gammas = [
+            Regions(layout.support).scalars(to_array(self.font.final_coordinates(w)))
+            for layout, (_, w) in zip(self.layouts, self.letters(theta), strict=True)
+        ]
+
+        def kern(letter: int, at: int) -> Any:
+            layout = self.layouts[at]
+            return layout.advance_base[letter] + layout.advance_deltas[letter] @ gammas[at]
+
+        means = [(kern(i, i) + kern(i, int(following[i]))) / 2 for i in range(count)]
+        return np.array([layout.own[i] for i, layout in enumerate(self.layouts)]) * widths + means
 
     def letters(self, theta: Any) -> Iterator[tuple[Glyph, Any]]:
         """Each glyph with its own coordinates (..., n)."""
