@@ -265,6 +265,14 @@ def test_positions_that_the_font_does_not_explain_are_refused(monkeypatch) -> No
         vf.Text(font, "ab")
 
 
+@pytest.mark.parametrize("space", ["\u2007", "\u2008"], ids=ascii)
+def test_spaces_as_wide_as_another_glyph_are_refused(space: str) -> None:
+    """HarfBuzz gives a space that the font lacks the width of a figure or of a full stop."""
+    with pytest.raises(vf.TextError, match="spaces of the width of another character"):
+        vf.Text("roboto-flex", f"A{space}V")
+    assert len(vf.Text("roboto-flex", "A\u2009V\u202fA").layout) == 5
+
+
 # Handles in another setting
 
 

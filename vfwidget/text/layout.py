@@ -221,7 +221,7 @@ def fit_layout(
                 f"HarfBuzz places the glyphs of {string!r} in a way that the font's variation "
                 f"data do not state, {off:.3g} font units away at the normalized coordinates "
                 f"{w.tolist()}, and vfwidget cannot lay out such text. Remove the combining marks, "
-                "or switch off features."
+                "and spaces of the width of another character, or switch off features."
             )
     return layout
 
