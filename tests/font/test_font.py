@@ -57,6 +57,19 @@ def test_an_open_font_that_cannot_be_saved():
         vf.load_font(opened)
 
 
+def test_an_iterator_that_is_not_at_its_end_keeps_no_thread_waiting():
+    font = vf.load_font("dynapuff")
+    glyphs = iter(font)
+    first = next(glyphs)
+    pool = ThreadPoolExecutor(1)
+    try:
+        found = pool.submit(font.glyph, "a").result(timeout=20)
+    finally:
+        glyphs.close()
+        pool.shutdown()
+    assert (first.name, found.name) == (".notdef", "a")
+
+
 def test_threads_may_read_one_font():
     want = vf.load_font("dynapuff")
     names = want.glyph_names[:200]

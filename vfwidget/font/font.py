@@ -102,8 +102,7 @@ class Font(DesignSpace):
 
     def __init__(self, ttfont: TTFont, index: int = 0, static: bool = False) -> None:
         self._index, self._static = index, static
-        # fontTools reads a table when it is first asked for, which only one thread may do at a
-        # time.
+        # fontTools reads a table when it is first asked for: in one thread at a time.
         self._reading = RLock()
         with damage("The font file is damaged or truncated"):
             self._read(ttfont, static)
@@ -338,7 +337,8 @@ class Font(DesignSpace):
 
         for name in tqdm(self.glyph_names, desc="glyphs", leave=False, delay=PROGRESS_SECONDS):
             with self._reading:
-                yield self._drawings.get(name) or self._glyphs.get(name) or self._read_glyph(name)
+                glyph = self._drawings.get(name) or self._glyphs.get(name) or self._read_glyph(name)
+            yield glyph
 
     def _glyph_name(self, key: str | int) -> str:
         name = self._find(key)
