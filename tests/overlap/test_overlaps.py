@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 import vfwidget as vf
+from vfwidget.overlap.contacts import nearest_chord
 from vfwidget.raster import frame
 
 SQUARE = [(0, 0), (100, 0), (100, 100), (0, 100)]
@@ -118,6 +121,28 @@ def test_there_may_be_more_obstacles_than_letters():
 def test_overlaps_need_a_text(text):
     with pytest.raises(vf.OverlapError, match="needs a Text"):
         vf.overlaps(text)
+
+
+def test_obstacles_of_many_corners_take_little_memory():
+    """A comb of 400 teeth; all pairs of its points and chords would take half a gigabyte."""
+    teeth = [(4 * i, 700 if i % 2 else 0) for i in range(800)]
+    text = vf.Text("recursive", "Hm")
+    tracemalloc.start()
+    found = vf.overlaps(text, [[*teeth, (3200, -9), (0, -9)]])
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(found) == 2
+    assert peak < 100e6
+
+
+def test_the_nearest_chords_of_many_points_are_those_of_each_point():
+    chance = np.random.default_rng(7)
+    points, start = chance.normal(size=(4000, 2)), 9 * chance.normal(size=(3000, 2))
+    along = chance.normal(size=(3000, 2))
+    chord, part, distance = nearest_chord(points, start, along)
+    for i in range(0, 4000, 100):
+        one = nearest_chord(points[i : i + 1], start, along)
+        assert (chord[i], part[i], distance[i]) == (one[0][0], one[1][0], one[2][0])
 
 
 @pytest.mark.parametrize("depth", [0.005, 1.0])

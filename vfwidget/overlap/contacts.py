@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, IntArray
+from ..arrays import Array, BoolArray, IntArray
 from ..outline.arrangement import Spans
 from ..outline.monotone import coefficients, evaluate, evaluate_slope
 from .shape import Shape
@@ -15,6 +15,15 @@ SAMPLES = 8
 """Points, or chords, on each part of an outline that are looked at."""
 NEWTON = 6
 """Newton steps from the nearest chord to the nearest point."""
+STRAIGHT = 1e-3
+"""A segment is straight if its handles are at the thirds of its chord, up to so many font units."""
+TOGETHER = 2**19
+"""Pairs of points and chords that are compared at once. More would take much memory, and most of
+them are far from each other."""
+THIRDS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 3
+"""Weights of the ends of a straight segment at its handles."""
+ROUNDING = 1e-9
+"""Relative to a distance: a chord that is farther by less may be the nearest one."""
 LEAST = 1e-9
 """Font units: a way that is shorter has no direction."""
 
@@ -64,15 +73,19 @@ def _points(shape: Shape, segment: IntArray, t: Array, weight: Array) -> Points:
 def nearest(points: Array, shape: Shape, spans: Spans) -> Points:
     """The point on the boundary of a shape that is nearest to each of the points (p, 2)."""
     bound = np.flatnonzero(spans.weight)
-    steps = np.arange(SAMPLES + 1) / SAMPLES
-    ts = spans.start[bound, None] + (spans.end - spans.start)[bound, None] * steps
-    curves = coefficients(shape.segments)[..., spans.cubic[bound]]
-    corners = np.moveaxis(evaluate(curves[..., None], ts), 0, -1)
-    low, along = corners[:, :-1].reshape(-1, 2), np.diff(corners, axis=1).reshape(-1, 2)
+    segments = shape.segments[spans.cubic[bound]]
+    counts = np.where(straight(segments), 1, SAMPLES)
+    chord = np.repeat(np.arange(len(bound)), counts)
+    step = ((spans.end - spans.start)[bound] / counts)[chord]
+    number = np.arange(len(chord)) - np.repeat(np.cumsum(counts) - counts, counts)
+    first = spans.start[bound][chord] + number * step
+    curves = coefficients(segments)[..., chord]
+    low = evaluate(curves, first).T
+    along = evaluate(curves, first + step).T - low
     # A sample of another segment may be nearer than those of the nearest one, so chords decide.
     best, part, _ = nearest_chord(points, low, along)
-    span = bound[best // SAMPLES]
-    t = ts[:, :-1].ravel()[best] + part * np.diff(ts, axis=1).ravel()[best]
+    span = bound[chord[best]]
+    t = first[best] + part * step[best]
     curves = coefficients(shape.segments)[..., spans.cubic[span]]
     low, high = spans.start[span], spans.end[span]
     for _ in range(NEWTON):
@@ -95,6 +108,10 @@ def nearest_chord(points: Array, start: Array, along: Array) -> tuple[IntArray, 
         Where on the chord the nearest point lies, 0 … 1.
     distance : (p,) array
     """
+    if len(points) * len(start) > TOGETHER and len(points) > 1:
+        halves = [_among(half, start, along) for half in np.array_split(points, 2)]
+        chord, part, distance = (np.concatenate(both) for both in zip(*halves, strict=True))
+        return chord, part, distance
     away = points[:, None] - start
     square = np.maximum((along * along).sum(-1), LEAST**2)
     part = np.clip((away * along).sum(-1) / square, 0, 1)
@@ -103,6 +120,24 @@ def nearest_chord(points: Array, start: Array, along: Array) -> tuple[IntArray, 
     best = distance.argmin(1)
     row = np.arange(len(best))
     return best, part[row, best], np.sqrt(distance[row, best])
+
+
+def _among(points: Array, start: Array, along: Array) -> tuple[IntArray, Array, Array]:
+    """:func:`nearest_chord`, without the chords that are farther than another from all points."""
+    low, high = points.min(0), points.max(0)
+    ends = np.stack([start, start + along])
+    clear = np.maximum(np.maximum(ends.min(0) - high, low - ends.max(0)), 0.0)
+    farthest = np.maximum(abs(start - low), abs(start - high))
+    limit = np.hypot(*farthest.T).min() * (1 + ROUNDING)
+    kept = np.flatnonzero(np.hypot(*clear.T) <= limit)
+    chord, part, distance = nearest_chord(points, start[kept], along[kept])
+    return kept[chord], part, distance
+
+
+def straight(segments: Array) -> BoolArray:
+    """Which of the segments (S, 4, 2) are straight."""
+    thirds = THIRDS @ segments[:, ::3]
+    return np.asarray((abs(segments[:, 1:3] - thirds) <= STRAIGHT).all((1, 2)))
 
 
 def step_toward(curves: Array, t: Array, position: Array) -> Array:

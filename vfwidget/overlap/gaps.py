@@ -18,13 +18,11 @@ from ..arrays import Array, BoolArray, IntArray
 from ..outline.cubics import bernstein
 from ..outline.monotone import coefficients, evaluate, evaluate_slope
 from ..text.memo import Memo
-from .contacts import LEAST, nearest_chord, step_toward
+from .contacts import LEAST, nearest_chord, step_toward, straight
 from .shape import Shape
 
 CHORDS = 8
 """Samples of a curve, and chords that replace it in the search for the nearest point."""
-STRAIGHT = 1e-3
-"""A segment is straight if its handles are at the thirds of its chord, up to so many font units."""
 NEWTON = 3
 """Newton steps for a projection; twice as many for the nearest points of two curves."""
 SETTLED = 1e-3
@@ -33,8 +31,6 @@ SETTLED = 1e-3
 It converges quadratically, so the remaining error is about 1e-6. Where it takes the step of a
 straight line instead, it converges linearly.
 """
-THIRDS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 3
-"""Weights of the ends of a straight segment at its handles."""
 SAG = 4.0
 """A curve is at most so many font units away from its chords."""
 _GRID = bernstein(np.linspace(0, 1, CHORDS + 1)).T
@@ -318,12 +314,6 @@ _NONE = Gaps(
     np.zeros((0, 2)),
     np.zeros(0),
 )
-
-
-def straight(segments: Array) -> BoolArray:
-    """Which of the segments (S, 4, 2) are straight."""
-    thirds = THIRDS @ segments[:, ::3]
-    return np.asarray((abs(segments[:, 1:3] - thirds) <= STRAIGHT).all((1, 2)))
 
 
 def _sides(shapes: Sequence[Shape], contour: IntArray) -> Array:
