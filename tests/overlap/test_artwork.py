@@ -84,6 +84,23 @@ def test_strings_bytes_files_and_paths(tmp_path):
         assert area(vf.Artwork(given)) == pytest.approx(18)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "iso-8859-1"])
+def test_files_of_any_encoding(encoding, tmp_path):
+    declared = f'<?xml version="1.0" encoding="{encoding.removesuffix("-sig").upper()}"?>'
+    source = f'{declared}{HEAD}<!-- é --><rect width="9" height="2"/></svg>'
+    path = tmp_path / "art.svg"
+    path.write_text(source, encoding=encoding)
+    for given in (source, path, path.read_bytes()):
+        assert area(vf.Artwork(given)) == pytest.approx(18)
+
+
+def test_a_closed_file_is_refused():
+    file = io.StringIO(HEAD)
+    file.close()
+    with pytest.raises(vf.OverlapError, match="cannot be read"):
+        vf.Artwork(file)
+
+
 def test_it_is_an_obstacle():
     text = vf.Text("recursive", "H")
     art = artwork('<circle r="100"/>', position=(300, 350))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 import os
 from collections.abc import Sequence
@@ -124,9 +125,13 @@ def _source(svg: Any) -> str:
         except OSError as error:
             raise OverlapError(f"{os.fspath(svg)!r} cannot be read ({error}).") from None
     if hasattr(svg, "read"):
-        svg = svg.read(limits.svg_bytes + 1)
+        try:
+            svg = svg.read(limits.svg_bytes + 1)
+        except (OSError, ValueError) as error:
+            raise OverlapError(f"The file of the SVG cannot be read ({error}).") from None
     if isinstance(svg, bytes):
-        svg = svg.decode("utf-8", "replace")
+        wide = svg.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        svg = svg.decode("utf-16" if wide else "utf-8", "replace")
     if not isinstance(svg, str):
         raise OverlapError(f"svg must be SVG text, a path or a file; got {type(svg).__name__}.")
     if len(svg) > limits.svg_bytes:

@@ -86,7 +86,9 @@ def drawn_shapes(source: str) -> list[Drawn]:
     if "<!ENTITY" in source:
         raise OverlapError("The SVG declares entities, which are not read; remove <!ENTITY …>.")
     try:
-        root = ElementTree.fromstring(source.encode())
+        # The declaration names the encoding of the file, which has been decoded.
+        parser = ElementTree.XMLParser(encoding="utf-8")
+        root = ElementTree.fromstring(source.encode(), parser)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise OverlapError(f"The SVG cannot be parsed: {error}.") from None
     box = _view_box(root.attrib)
