@@ -293,3 +293,16 @@ def test_rotations_need_positions_and_an_editor_needs_upright_letters() -> None:
         vf.simulate(text, 2, positions=True, impulses=[(0, (0, 0, 3))], progress=False)
     with pytest.raises(vf.TextError, match="rotations"):
         vf.Editor(text.at(rotations=[1, 0]))
+
+
+@pytest.mark.parametrize("string", ["a b", " i", "a  "])
+@pytest.mark.parametrize("rotations", [False, True])
+def test_a_space_among_rotated_letters_stays_where_it_is(string, rotations) -> None:
+    angles = [0.3] * len(string)
+    text = vf.Text("recursive", string, offsets=[(0, 300)] * len(string), rotations=angles)
+    fall = fallen(text, 30, rotations=rotations, impulses=[(0, (0, 10))])
+    for space in np.flatnonzero([c == " " for c in string]):
+        np.testing.assert_array_equal(fall.rotations[:, space], 0.3)
+        np.testing.assert_array_equal(np.ptp(fall.offsets[:, space], axis=0), 0)
+    assert fall.penetration.max() < 0.5
+    assert np.diff(fall.energy).max() <= 1e-4 * G * 300

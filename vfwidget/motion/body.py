@@ -178,7 +178,7 @@ class Body:
     def _quarter(basis: Array) -> Array:
         """B (I ⊗ J) Bᵀ, (r, r): a quarter turn of the letter in reduced coordinates."""
         size = len(basis)
-        turned = basis.reshape(size, -1, 2) @ QUARTER.T
+        turned = basis.reshape(size, basis.shape[1] // 2, 2) @ QUARTER.T
         return basis @ turned.reshape(size, basis.shape[1]).T
 
     def _translation(self, letter: int) -> Array:
