@@ -79,7 +79,7 @@ def test_a_letter_that_a_new_obstacle_covers_is_moved_out_and_not_thrown(size: i
 def test_a_frame_with_a_deep_overlap_says_how_deep_it_is(monkeypatch, low, high) -> None:
     # The steps are replaced by steps that do not see the bar. It crosses the stem, and no corner of
     # either shape lies in the other one; or it covers the letter.
-    monkeypatch.setattr(Stepper, "frame", lambda self, state, *rest: state)
+    monkeypatch.setattr(Stepper, "moved", lambda self, state, *rest: state)
     bar = [(-3000, low), (3000, low), (3000, high), (-3000, high)]
     text = vf.Text("recursive", "I")
     with pytest.warns(vf.MotionWarning, match="shapes enter each other"):

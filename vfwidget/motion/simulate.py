@@ -33,6 +33,11 @@ from .steps import BlockedError, Stepper
 
 SLOW, PATIENCE = 5e-3, 0.5
 """A text that moves by less than so many em a second for so many seconds falls asleep."""
+STILL = 1e-9
+"""Em per second. A letter that touches nothing stops by no friction, so it is at rest only if it
+is slower than this."""
+SAME_TIME = 1e-9
+"""Seconds, and part of a frame: times that differ by less are equal."""
 FARTHEST = 1e7
 """Font units: letters that are farther away have exploded."""
 
@@ -254,7 +259,7 @@ class _Run:
         velocity = np.zeros(len(self.body.lift))
         self.state = State(self.start, velocity, np.zeros(count, dtype=bool))
         self._asleep: list[Array] | None = None
-        self._push()
+        self._push(0.0)
         self._record()
 
     @property
@@ -262,22 +267,34 @@ class _Run:
         """Seconds since the start."""
         return max(len(self.frames) - 1, 0) * self.laws.frame
 
-    def _push(self) -> bool:
+    def _push(self, time: float) -> None:
         """Apply the impulses whose time has come."""
         due = np.zeros_like(self.state.velocity)
-        while self.impulses and self.impulses[0][0] <= self.time + 1e-9:
+        while self._is_due(time):
             change = self.impulses.pop(0)[1]
             due = due + self.body.force(change[:, :2])
             if self.body.rotates:
                 due = due + Flight(self.body, self.state.place, due).rotation(change[:, 2])
         self.state = replace(self.state, velocity=self.state.velocity + due)
-        return bool(np.any(due))
+
+    def _is_due(self, time: float) -> bool:
+        """Whether an impulse is left that acts at a time or before."""
+        return bool(self.impulses) and self.impulses[0][0] <= time + SAME_TIME
+
+    def _move(self, acceleration: Array, rest: Array) -> None:
+        """Lead the state to the next frame, and let impulses act on the way."""
+        now, end = self.time, self.time + self.laws.frame
+        while end - now > SAME_TIME * self.laws.frame:
+            self._push(now)
+            until = min(end, self.impulses[0][0]) if self.impulses else end
+            self.state = self.stepper.moved(self.state, now, until, acceleration, rest)
+            now = until
 
     def advance(self) -> None:
         """Compute the next frame."""
         time = self.time
         acceleration, rest = self.outside.at(time)
-        pushed = self._push() if self.frames else False
+        pushed = self._is_due(time + self.laws.frame)
         around = [acceleration, rest, self.scene.at(time + self.laws.frame)[1]]
         if self._asleep is not None:
             same = all(map(np.array_equal, self._asleep, around))
@@ -288,7 +305,7 @@ class _Run:
         before = self.body.positions(self.state.place)
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                self.state = self.stepper.frame(self.state, time, acceleration, rest)
+                self._move(acceleration, rest)
         except BlockedError as error:
             raise _StoppedError(
                 f"letters cannot get out of the way of each other or an obstacle (depth "
@@ -307,9 +324,9 @@ class _Run:
                 f"the motion exploded: a letter is {farthest:.3g} font units away. Use weaker "
                 "forces or a shorter dt."
             )
-        speed = float(self.body.by_letter(after - before).max(initial=0.0)) / self.laws.frame
-        slow = speed < SLOW * self.body.text.font.units_per_em
-        self.quiet = self.quiet + self.laws.frame if slow else 0.0
+        speed = self.body.by_letter(after - before) / self.laws.frame
+        limit = np.where(self.state.touching, SLOW, STILL) * self.body.text.font.units_per_em
+        self.quiet = self.quiet + self.laws.frame if (speed <= limit).all() else 0.0
         if self.quiet >= PATIENCE and not pushed:
             self._asleep = around
             self.state = replace(self.state, velocity=np.zeros_like(self.state.velocity))

@@ -13,6 +13,7 @@ P is a projection onto a cone, so an impact never increases the kinetic energy.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -87,23 +88,26 @@ class Stepper:
     def __init__(self, body: Body, scene: Scene, laws: Laws) -> None:
         self.body, self.scene, self.laws = body, scene, laws
 
-    def frame(self, state: State, time: float, acceleration: Array, rest: Array) -> State:
-        """The state one frame later.
+    def moved(
+        self, state: State, time: float, until: float, acceleration: Array, rest: Array
+    ) -> State:
+        """The state at a later time, at most one frame later.
 
         Parameters
         ----------
         state : State
-        time : float
+        time, until : float
             In seconds.
         acceleration : (l, 2) array
         rest : (p, n) array
             Rest state of the axes.
         """
         whole = self.laws.frame
-        left = most_h = whole / (self.laws.substeps or 1)
+        parts = max(math.ceil((until - time) / whole * (self.laws.substeps or 1) - 1e-9), 1)
+        left = most_h = (until - time) / parts
         impacts = 0
         most = 2 * len(self.body.rows)
-        for part in range(self.laws.substeps or 1):
+        for part in range(parts):
             now = time + part * left
             end = now + left
             while end - now > 1e-9 * whole:
