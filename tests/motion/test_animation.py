@@ -111,3 +111,11 @@ def test_only_animations_can_be_joined(wave, other) -> None:
     for join in (wave.chain, wave.overlay):
         with pytest.raises(vf.MotionError, match="Pass another Animation"):
             join(other)
+
+
+def test_coordinates_beyond_the_axes_are_clamped_with_a_warning(wave) -> None:
+    with pytest.warns(vf.AxisWarning, match="clamped"):
+        wide = vf.Animation(wave.text, [0, 1], [wave.theta[0] + 3, wave.theta[1]])
+    assert wide.theta.max() == 1
+    drawn = wave.text.at(theta=np.ones((3, 2))).points()
+    np.testing.assert_array_equal(wide[0].points(), drawn)

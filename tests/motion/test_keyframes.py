@@ -8,6 +8,10 @@ import pytest
 import vfwidget as vf
 
 
+BACK = (0.36, -0.6, 0.66, 1.6)
+"""An easing that goes beyond both ends of the way."""
+
+
 @pytest.fixture(scope="module")
 def thin():
     return vf.Text("recursive", "abc", axes={"wght": 300})
@@ -104,6 +108,17 @@ def test_an_overlay_adds_a_motion(thin, rise) -> None:
     np.testing.assert_allclose(both.theta[:11], rise.theta, atol=1e-12)
     # Two motions to the bold end stay there.
     assert (rise.overlay(rise).theta <= 1).all()
+
+
+def test_an_easing_that_overshoots_stays_within_the_design_space(thin, bold) -> None:
+    there, back = (
+        vf.Animation.from_keyframes([(0, one), (1, other.at(offsets=[(0, 100)] * 3))], BACK)
+        for one, other in ((thin, bold), (bold, thin))
+    )
+    for animation in (there, back):
+        assert animation.offsets.max() > 105 and animation.offsets.min() < -5
+        low, high = thin.font.bounds
+        assert (animation.theta >= low).all() and (animation.theta <= high).all()
 
 
 def test_the_energy_and_the_penetration_go_along(thin) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from ..arrays import Array, ArrayLike
 from ..energy import Term, solve
 from ..errors import MotionError
+from ..outline.coordinates import check_coordinates
 from ..text import Text
 from ..text.place import AXES, OFFSETS, ROTATIONS
 from .diagnostics import Diagnostics
@@ -55,6 +56,11 @@ class Animation(Diagnostics, Exports):
     ------
     MotionError
         A shape is wrong, a number is not finite, or the times do not increase.
+
+    Warns
+    -----
+    AxisWarning
+        A number of ``theta`` lies outside -1 … 1; it is clamped.
     """
 
     def __init__(
@@ -77,7 +83,8 @@ class Animation(Diagnostics, Exports):
             raise MotionError(
                 f"times must be an increasing sequence of seconds; received {times!r:.200}."
             )
-        self.theta = read_array("theta", theta, (count, *text.coordinates.shape))
+        theta = read_array("theta", theta, (count, *text.coordinates.shape))
+        self.theta = read_array("theta", check_coordinates(theta, theta.shape[-1]))
         if offsets is None:
             offsets = np.repeat(text.place[OFFSETS][None], count, axis=0)
         self.offsets = read_array("offsets", offsets, (count, letters, 2))
@@ -151,7 +158,8 @@ class Animation(Diagnostics, Exports):
         easing : str, four numbers or function
             How each transition speeds up and slows down: "linear", "ease", "ease-in", "ease-out",
             "ease-in-out" (the default) or the numbers of ``cubic-bezier``, as in CSS. A function
-            maps the part of the time to the part of the way.
+            maps the part of the time to the part of the way. Axes that would leave their range
+            stay at its end.
         delay : float or (l,) array
             Seconds by which each letter starts after the one before, or its own delay. Letters
             that share their axes get axes of their own then. Default 0.

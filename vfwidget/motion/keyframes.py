@@ -193,7 +193,6 @@ def transitions(
         return np.asarray(first + share * (second - first))
 
     vectors = np.zeros(1, dtype=np.intp) if theta.shape[1] == 1 else letters
-    return sampled, *(
-        mixed(states, rows)
-        for states, rows in ((theta, vectors), (offsets, letters), (rotations, letters))
-    )
+    # An easing may go beyond both states, but no axis leaves its range.
+    axes = np.clip(mixed(theta, vectors), *texts[0].font.bounds)
+    return sampled, axes, mixed(offsets, letters), mixed(rotations, letters)
