@@ -210,6 +210,18 @@ def test_a_glyph_that_depends_on_its_neighbours_is_refused_with_a_remedy() -> No
     assert film("shantell-sans", "oooo", frames=3, features={"rlig": False}).to_css()
 
 
+@pytest.mark.parametrize("moved", [{"offsets": [(0, 0), (0, 90)]}, {"rotations": [0.5, 0.5]}])
+def test_a_mark_that_leaves_its_letter_is_refused_with_a_remedy(moved: Any) -> None:
+    text = vf.Text("recursive", "x\u0308")
+    together = vf.Animation.from_keyframes([(0, text), (1, text.at(offsets=[(0, 90)] * 2))])
+    assert together.to_css() and together.to_html()
+    apart = vf.Animation.from_keyframes([(0, text), (1, text.at(**moved))])
+    for write in (apart.to_css, apart.to_html):
+        with pytest.raises(vf.MotionError, match=r"by themselves.*to_svg"):
+            write()
+    assert apart.to_svg() and apart.to_lottie()
+
+
 def test_the_font_of_a_page_chooses_glyphs_that_depend_on_their_neighbours() -> None:
     animation = film("shantell-sans", "oooo", frames=3)
     html = animation.to_html()
@@ -269,6 +281,17 @@ def test_lottie_has_the_gradients_and_names_those_that_it_lacks() -> None:
         fill = layer.paint.at(animation.theta[number, 1])
         start = fill.matrix[:, :2] @ fill.geometry[:2] + fill.matrix[:, 2]
         np.testing.assert_allclose(key["s"], start * [1, -1], atol=0.06)
+
+
+def test_a_layer_of_lottie_ends_when_the_next_one_begins() -> None:
+    text = vf.Text("recursive", "a")
+    # The glyph changes with the axis CRSV, between frames at uneven times.
+    theta = [text.at(axes={"CRSV": value}).coordinates for value in (0, 0, 1, 1, 0)]
+    document = json.loads(vf.Animation(text, [2, 2.1, 2.15, 2.9, 3], theta).to_lottie())
+    spans = sorted((layer["ip"], layer["op"]) for layer in document["layers"])
+    assert len(spans) == 3
+    assert [end for _, end in spans] == [*(start for start, _ in spans[1:]), document["op"]]
+    assert document["fr"] == 4 and document["op"] == 5
 
 
 def test_too_many_images_are_refused_before_any_is_drawn() -> None:

@@ -7,7 +7,6 @@ import pytest
 
 import vfwidget as vf
 
-
 BACK = (0.36, -0.6, 0.66, 1.6)
 """An easing that goes beyond both ends of the way."""
 

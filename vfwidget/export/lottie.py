@@ -27,7 +27,7 @@ def lottie(
     *,
     title: str,
     box: tuple[float, float, float, float],
-    frames: int,
+    times: Array,
     fps: float,
     tolerance: float,
     colour: tuple[int, int, int],
@@ -41,10 +41,10 @@ def lottie(
     title : str
     box : (left, bottom, right, top)
         The part of the plane that the picture shows, in font units, y up.
-    frames : int
-        The number of frames.
+    times : (T,) array
+        Seconds from the start to each frame.
     fps : float
-        Frames per second.
+        Frames per second, on average.
     tolerance : float
         As in :func:`~vfwidget.export.track.keyframes`.
     colour : (red, green, blue)
@@ -62,15 +62,17 @@ def lottie(
     # The first layer is the topmost.
     shapes = [(t, 100) for t in reversed(letters)] + [(t, OBSTACLE_OPACITY) for t in obstacles]
     inks = _Inks((*(part / 255 for part in colour), 1.0), palette)  # type: ignore[arg-type]
+    # A frame lasts until the next one; the last one as long as the others on average.
+    ends = [*(times[1:] * fps), times[-1] * fps + 1]
     layers = [
-        _layer(index, track, opacity, corner, fps, tolerance, inks)
+        _layer(index, track, opacity, corner, fps, ends, tolerance, inks)
         for index, (track, opacity) in enumerate(shapes, start=1)
     ]
     document = {
         "v": "5.7.0",
         "fr": fps,
         "ip": 0,
-        "op": frames,
+        "op": round(ends[-1], 3),
         "w": round(right - left),
         "h": round(top - bottom),
         "nm": title,
@@ -87,6 +89,7 @@ def _layer(
     opacity: int,
     corner: Array,
     fps: float,
+    ends: Sequence[float],
     tolerance: float,
     inks: _Inks,
 ) -> dict[str, Any]:
@@ -112,7 +115,7 @@ def _layer(
             "s": {"a": 0, "k": [100, 100, 100]},
         },
         "ip": round(float(track.times[0]) * fps, 3),
-        "op": round(float(track.times[-1]) * fps, 3) + 1,
+        "op": round(float(ends[track.start + len(track.times) - 1]), 3),
         "st": 0,
         "shapes": [{"ty": "gr", "it": [*paths, fill, _IDENTITY]}],
     }

@@ -83,8 +83,9 @@ class Exports(ImageExports):
         Raises
         ------
         MotionError
-            A glyph depends on its neighbours, so that elements for single letters cannot show it,
-            or an option has no meaning.
+            A glyph depends on its neighbours, so that elements for single letters cannot show it;
+            several glyphs of one character, such as a letter and its mark, have different axes or
+            do not move as one piece; or an option has no meaning.
         OSError
             The file cannot be written.
         """
@@ -119,7 +120,8 @@ class Exports(ImageExports):
         Raises
         ------
         MotionError
-            Several glyphs of one character have different axes, or an option has no meaning.
+            Several glyphs of one character, such as a letter and its mark, have different axes or
+            do not move as one piece; or an option has no meaning.
         FontError
             fontTools cannot cut the font to the text.
         OSError
@@ -226,7 +228,7 @@ class Exports(ImageExports):
             obstacles,
             title=self.text.title,
             box=box,
-            frames=len(self.times),
+            times=self.times - self.times[0],
             fps=self.fps,
             tolerance=self._tolerance(tolerance),
             colour=read_colour("ink", ink),

@@ -18,13 +18,16 @@ import numpy as np
 from ..arrays import Array
 from ..errors import MotionError, VFWidgetError
 from ..export.css_animation import Span
-from ..export.track import Track, keyframes
+from ..export.track import Track, keyframes, turned
 from ..font.alternates import ALTERNATES
 from ..font.shaping import LINE_BREAK
 from .tracks import user_coordinates
 
 JOINER = "\u200d"
 """ZERO WIDTH JOINER: a letter next to it takes the form that joins."""
+
+ROUNDING = 1e-6
+"""Font units: errors of rounding are smaller."""
 
 
 class Alternates:
@@ -71,7 +74,8 @@ def text_spans(
     Raises
     ------
     MotionError
-        A glyph depends on its neighbours, or the letters of one element have different axes.
+        A glyph depends on its neighbours, or the letters of one element have different axes or do
+        not move as one piece.
     """
     word, users = animation.text.word, user_coordinates(animation)
     em, times = animation.text.font.units_per_em, animation.times - animation.times[0]
@@ -90,6 +94,13 @@ def text_spans(
                 "one element of a page cannot show that. Use to_svg, to_lottie or a video."
             )
         base = group[0]
+        if any(
+            _off(animation, tracks, base, letter) > tolerance + ROUNDING for letter in group[1:]
+        ):
+            raise MotionError(
+                f"{string!r} consists of several glyphs, which move or rotate by themselves, and "
+                "one element of a page cannot show that. Use to_svg, to_lottie or a video."
+            )
         rtl = word.layouts[base].row.rtl[base]
         keys = {
             track.start + key
@@ -112,6 +123,16 @@ def text_spans(
             )
         )
     return spans
+
+
+def _off(animation: Any, tracks: Sequence[Sequence[Track]], base: int, letter: int) -> float:
+    """How far a letter is at most from where its base carries it in one piece, in font units."""
+    own, carrying = (np.concatenate([track.origins for track in tracks[i]]) for i in (letter, base))
+    angles, offsets = animation.rotations[:, [letter, base]].T, animation.offsets
+    apart = (own - offsets[:, letter]) - (carrying - offsets[:, base])
+    off = own - carrying - turned(apart[:, None], angles[1])[:, 0]
+    size = max(float(np.hypot(*track.points.T).max(initial=0.0)) for track in tracks[letter])
+    return float((np.hypot(*off.T) + size * abs(angles[0] - angles[1])).max())
 
 
 def _groups(word: Any) -> list[tuple[list[int], str]]:
