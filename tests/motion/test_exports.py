@@ -210,6 +210,20 @@ def test_a_glyph_that_depends_on_its_neighbours_is_refused_with_a_remedy() -> No
     assert film("shantell-sans", "oooo", frames=3, features={"rlig": False}).to_css()
 
 
+def test_the_font_of_a_page_has_the_tables_that_browsers_require() -> None:
+    file = io.BytesIO()
+    bare = TTFont(Path(vf.__file__).parent / "fonts" / "dynapuff.woff2")
+    bare.flavor = None
+    for tag in ("name", "post", "OS/2"):
+        del bare[tag]
+    bare.save(file)
+    text = vf.Text(vf.load_font(file.getvalue()), "ab")
+    found = re.search(r"base64,(.*?)\"", vf.Animation.from_keyframes([(0, text)]).to_html())
+    assert found
+    font = TTFont(io.BytesIO(base64.b64decode(found[1])))
+    assert {"name", "post", "OS/2", "cmap", "head", "hhea", "hmtx", "maxp"} <= set(font.keys())
+
+
 @pytest.mark.parametrize("moved", [{"offsets": [(0, 0), (0, 90)]}, {"rotations": [0.5, 0.5]}])
 def test_a_mark_that_leaves_its_letter_is_refused_with_a_remedy(moved: Any) -> None:
     text = vf.Text("recursive", "x\u0308")

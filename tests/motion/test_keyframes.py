@@ -165,6 +165,16 @@ def test_keyframes_set_in_other_ways_are_refused(thin, options, message) -> None
         vf.Animation.from_keyframes([(0, thin), (1, other)])
 
 
+def test_keyframes_between_which_a_ligature_is_made_are_refused_with_a_remedy() -> None:
+    upright = vf.Text("recursive", "fi")
+    slanted = upright.at(axes={"slnt": -15})
+    with pytest.raises(vf.MotionError, match=r"number of glyphs.*\{'liga': False\}"):
+        vf.Animation.from_keyframes([(0, upright), (1, slanted)])
+    apart = vf.Text("recursive", "fi", features={"liga": False})
+    states = [(0, apart), (1, apart.at(axes={"slnt": -15}))]
+    assert vf.Animation.from_keyframes(states).to_css()
+
+
 def test_a_font_that_was_loaded_twice_is_named(thin) -> None:
     other = vf.Text("recursive", "abc")
     with pytest.raises(vf.MotionError, match="load a font once and pass it to each Text"):

@@ -11,6 +11,7 @@ from numbers import Real
 from typing import Any
 
 from fontTools import subset
+from fontTools.fontBuilder import FontBuilder
 from fontTools.ttLib import TTFont
 from fontTools.varLib import instancer
 
@@ -125,8 +126,20 @@ def web_font(font: TTFont, string: str, alternates: Mapping[str, Sequence[str]])
         _keep_glyphs(font, string)
         if alternates:
             add_alternates(font, alternates)
+        _complete(font)
         font.recalcTimestamp = False  # the same text gives the same file
         return saved(font, "woff2")
+
+
+def _complete(font: TTFont) -> None:
+    """Add the tables without which browsers refuse a font, where the file lacks them."""
+    builder = FontBuilder(font=font)
+    if "name" not in font:
+        builder.setupNameTable({"familyName": family_name(font), "styleName": "Regular"})
+    if "post" not in font:
+        builder.setupPost(keepGlyphNames=False)
+    if "OS/2" not in font:
+        builder.setupOS2()
 
 
 def _is_name(name: Any) -> bool:
