@@ -215,7 +215,7 @@ def test_swapped_and_bad_arguments_are_refused() -> None:
     for seconds in ("soon", float("nan"), -1):
         with pytest.raises(vf.SolveError, match="seconds must be"):
             vf.resolve_overlaps(text, seconds=seconds)  # type: ignore[arg-type]
-    with pytest.raises(vf.SolveError, match="terms must be a sequence"):
+    with pytest.raises(vf.SolveError, match="terms must be a term or a sequence"):
         vf.resolve_overlaps(text, terms=3)  # type: ignore[arg-type]
 
 
@@ -230,3 +230,31 @@ def test_a_gap_is_any_real_number(gap):
 def test_true_is_no_gap():
     with pytest.raises(vf.OverlapError, match="gap must be a number"):
         vf.resolve_overlaps(pushed_together(), gap=True)
+
+
+def test_no_other_place_is_looked_for_after_the_time(monkeypatch):
+    def fails(*_):
+        raise AssertionError("another place was looked for")
+
+    # Finding it may take minutes.
+    monkeypatch.setattr("vfwidget.overlap.resolve._Search.each_best", fails)
+    text = vf.Text("recursive", "NT")
+    assert not vf.resolve_overlaps(text, [HUGE], seconds=0).free
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_text_beyond_the_ends_of_its_axes_is_brought_back():
+    text = vf.Text("roboto-flex", "ello", shared=False)
+    lower, upper = text.font.bounds
+    rng = np.random.default_rng(4)
+    for tracking in (-60.0, 200.0):
+        there = text.at(theta=rng.uniform(-1, 1, tuple(text.theta.shape)), tracking=tracking)
+        found = vf.resolve_overlaps(there, gap=60.0).theta.numpy()
+        assert ((lower <= found) & (found <= upper)).all()
+
+
+def test_one_term_needs_no_list():
+    text = pushed_together()
+    pin = vf.Pin(text.handle(0, 0, 0, 0))
+    one, listed = (vf.resolve_overlaps(text, terms=terms) for terms in (pin, [pin]))
+    assert (one.theta == listed.theta).all()

@@ -6,11 +6,12 @@ import math
 import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import chain
 from typing import Any, cast
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, between
 from ..energy import Solution, StayClose, Term
 from ..energy.descent import descend
 from ..energy.solution import UNREACHABLE
@@ -80,7 +81,7 @@ def resolve_overlaps(
     *,
     between_glyphs: bool = True,
     method: str = "area",
-    terms: Sequence[Term] = (),
+    terms: Term | Sequence[Term] = (),
     locks: Collection[str] = (),
     ties: Ties = (),
     restarts: int = 5,
@@ -100,7 +101,7 @@ def resolve_overlaps(
         Whether letters must not overlap each other. Default True.
     method : {"area", "planes"}
         As for :class:`NoOverlap`.
-    terms : sequence of Term
+    terms : Term, or sequence of Term
         Further terms, such as pins.
     locks : collection of str
         Tags of axes that keep their values.
@@ -110,7 +111,8 @@ def resolve_overlaps(
         If no free state is found from the user's state, the search is repeated from this many
         other places. The nearest state is the result. Default 5.
     seconds : float, optional
-        Restarts end after this time. Default: no limit, so that a result can be repeated exactly.
+        The search ends after this time, with what it has found. Default: no limit, so that a
+        result can be repeated exactly.
 
     Returns
     -------
@@ -148,16 +150,17 @@ def resolve_overlaps(
         raise SolveError(f"restarts must be a whole number ≥ 0; received {restarts!r}.")
     if not (seconds is None or (is_number(seconds) and seconds >= 0)):
         raise SolveError(f"seconds must be a number ≥ 0, or None; received {seconds!r:.200}.")
+    terms = [terms] if isinstance(terms, Term) else terms
     if not isinstance(terms, Sequence):
-        raise SolveError(f"terms must be a sequence of terms; received {terms!r:.200}.")
+        raise SolveError(f"terms must be a term or a sequence of terms; received {terms!r:.200}.")
     until = math.inf if seconds is None else time.perf_counter() + seconds
     keep = NoOverlap(obstacles, between_glyphs, gap, method=method)
-    search = _Search(text, keep, terms, locks, ties)
+    search = _Search(text, keep, terms, locks, ties, until)
     if search.excess(search.start) <= TOUCH:
         return search.resolution(search.start)
     best = search.near(search.start)
     if best is None:
-        for x in [search.start, *search.other_places(restarts)]:
+        for x in chain([search.start], search.other_places(restarts)):
             best = search.nearer(best, search.near(search.pushed(x)))
             if time.perf_counter() > until:
                 break
@@ -174,13 +177,15 @@ class _Search:
         terms: Sequence[Term],
         locks: Collection[str],
         ties: Ties,
+        until: float,
     ) -> None:
-        self.text = text
+        self.text, self.until = text, until
         self.push = energy_of(text, [keep, StayClose(PUSHED), *terms], locks=locks, ties=ties)
         wish = energy_of(text, [StayClose(NEAREST), *terms], locks=locks, ties=ties)
         # The first term of the descent keeps its overlaps, so nothing is computed twice.
         self.room = Room(wish, cast(NoOverlap, self.push.terms[0]))
-        self.start = self.push.unknowns.start
+        # A text may stand beyond the ends of its axes.
+        self.start = between(self.push.unknowns.start, self.push.lower, self.push.upper)
         self.ends: list[Look] = []
         self.steps = 0
 
@@ -212,7 +217,7 @@ class _Search:
             self.steps += 1
             if self.no_nearer(x, best):
                 return best
-            if abs(x - look.x).max() <= STILL:
+            if abs(x - look.x).max() <= STILL or time.perf_counter() > self.until:
                 break
         self.ends.append(look)
         return best
@@ -228,7 +233,7 @@ class _Search:
 
     def pushed(self, x: Array) -> Array:
         """Where a descent of the common area from x ends."""
-        found = descend(self.push, x, TOLERANCES, MOST_STEPS)
+        found = descend(self.push, x, TOLERANCES, MOST_STEPS, deadline=self.until)
         self.steps += found.iterations
         self.ends.append(self.room.look(found.state.x))
         return found.state.x
