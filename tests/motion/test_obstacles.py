@@ -159,3 +159,28 @@ def test_a_step_that_is_shortened_before_an_obstacle_appears_starts_as_without_i
     np.testing.assert_array_equal(step.obstacles, scene.at(0.2)[1])
     np.testing.assert_array_equal(step.later, scene.at(0.3)[1])
     assert step.outlines is scene.at(0.2)[0]
+
+
+@pytest.mark.parametrize(
+    ("font", "string", "left", "right", "speeds", "frames"),
+    [
+        # From about 0.8 s on, both letters are narrower than by default.
+        ("dynapuff", "om", -300, 1900, (600, -500), 60),
+        ("roboto-flex", "il.", -30, 1450, (300, -300), 96),
+    ],
+)
+def test_letters_between_walls_that_close_are_not_thrown_out(
+    font, string, left, right, speeds, frames
+) -> None:
+    def walls(time):
+        inner = left + speeds[0] * time, right + speeds[1] * time
+        return [
+            [(x, -400), (x + 900, -400), (x + 900, 1600), (x, 1600)]
+            for x in (inner[0] - 900, inner[1])
+        ]
+
+    text = vf.Text(font, string, shared=False)
+    pressed = simulated(text, frames, obstacles=walls, positions=True)
+    speed = np.linalg.norm(np.diff(pressed.positions, axis=0), axis=2).max() * 60
+    assert speed < 5 * max(speeds)
+    assert pressed.penetration.max() < 0.5

@@ -51,6 +51,9 @@ GROWTH = 1.2
 """A step is at most so many times as long as the one before could have been."""
 FAST = 3.0
 """A contact that approaches faster than this times acceleration times frame time is an impact."""
+JAMMED = 10.0
+"""An impact that would change the velocity of letters of constant shape by more than this times the
+speed of approach jams them between obstacles that close in on them. They do not bounce."""
 IMPACT = 1.0
 """Font units of the fastest point in the solve that finds the velocities after an impact."""
 MOST_ROUNDS, DEEPEST = 8, 0.02
@@ -157,8 +160,10 @@ class _Step(FreeStep):
             inside = ahead.some(ahead.gap < 0)
             moment = self._impact(inside) if bounce and len(inside.gap) else None
             if moment == 0.0:
-                return self._reflected(), 0.0
-            if moment is not None:
+                bounced = self._reflected()
+                if bounced is not None:
+                    return bounced, 0.0
+            elif moment is not None:
                 self.set_duration(moment)
                 before = self._before()
                 ahead = self.gaps(self.ends, self.reach)
@@ -198,14 +203,17 @@ class _Step(FreeStep):
     def _fast(self, gaps: Gaps) -> BoolArray:
         """Which gaps close so fast that their contact is an impact, before any force acts."""
         size = float(np.hypot(*self.acceleration.T).max(initial=0.0))
-        return np.asarray(self._approach(gaps) > max(FAST * size * self.laws.frame, 1e-6))
+        return np.asarray(
+            self._approach(gaps, self.state.velocity) > max(FAST * size * self.laws.frame, 1e-6)
+        )
 
-    def _approach(self, gaps: Gaps) -> Array:
-        """By how many font units per second gaps close at the start of the step, (C,)."""
-        velocities = np.zeros_like(self.now)
-        own = self.body.points(self.state.velocity)[self.body.controls]
-        velocities[: len(own)] = own
-        velocities[len(own) :] = (self.later - self.obstacles) / self.h
+    def _approach(self, gaps: Gaps, velocity: Array) -> Array:
+        """By how many font units per second gaps close at the start of the step, (C,).
+
+        The velocity (r,) is that of the letters.
+        """
+        own = self.body.points(velocity)[self.body.controls]
+        velocities = np.concatenate([own, (self.later - self.obstacles) / self.h])
         return np.asarray(-(self.relative(gaps, velocities) * gaps.normal).sum(1))
 
     def _impact(self, inside: Gaps) -> float | None:
@@ -216,7 +224,7 @@ class _Step(FreeStep):
             return None
         start, end = np.maximum(before[fast], 0.0), inside.gap[fast]
         # A gap closes like a parabola: start - speed τ + bend τ², with τ from 0 to 1.
-        speed = self.h * self._approach(inside)[fast]
+        speed = self.h * self._approach(inside, self.state.velocity)[fast]
         bend = end - start + speed
         root = np.sqrt(np.maximum(speed * speed - 4 * bend * start, 0.0))
         part = float(np.clip(2 * start / (speed + root), 0.0, 1.0).min())
@@ -300,8 +308,20 @@ class _Step(FreeStep):
             return state
         return replace(state, velocity=state.velocity * np.sqrt(max(most, 0.0) / has))
 
-    def _reflected(self) -> State:
-        """The state after an impact: the same place, with other velocities."""
+    def _is_jammed(self, gaps: Gaps, before: Array, after: Array) -> bool:
+        """Whether letters that keep their shape would have to dart out between moving obstacles.
+
+        The velocities (r,) are those of letters that move as a whole, before and after an impact.
+        """
+        closing = self._approach(gaps, before).max(initial=0.0)
+        change = np.linalg.norm(self.body.points(after - before), axis=1).max()
+        return self.scene.moving and bool(change > JAMMED * closing)
+
+    def _reflected(self) -> State | None:
+        """The state after an impact: the same place, with other velocities.
+
+        None if letters are jammed, so that they cannot bounce.
+        """
         gaps = self.gaps(self.now, 2 * CLOSE)
         fastest = float(np.linalg.norm(self.moved, axis=2).max())
         moment = IMPACT * self.h / max(fastest, 1e-9)
@@ -322,7 +342,10 @@ class _Step(FreeStep):
             after = soft + e * (soft - velocity)
         else:
             whole = self.flight.rigid
-            after = (1 + e) * stopped(whole, (OFFSETS,)) - e * whole
+            rigid = stopped(whole, (OFFSETS,))
+            if self._is_jammed(gaps, whole, rigid):
+                return None
+            after = (1 + e) * rigid - e * whole
             lost = float(velocity @ velocity - after @ after)
             inner = soft - Flight(body, self.state.place, soft).rigid
             size = float(inner @ inner)
