@@ -8,6 +8,7 @@ import fonts
 import numpy as np
 import pytest
 import torch
+import variation_tables
 from fontTools.varLib.featureVars import addFeatureVariations
 
 import vfwidget as vf
@@ -83,6 +84,18 @@ def test_a_solve_looks_beyond_a_narrow_box_whose_glyph_costs_more(back: bool) ->
     # A goal that no box reaches is compared with the nearest one.
     far = vf.solve(text, vf.Target(handle, (x + 9000, y)), restarts=0)
     assert far.status == "unreachable"
+
+
+def test_no_result_lies_beyond_the_end_of_an_axis() -> None:
+    """Where axes move others, a box may end much nearer to the end of an axis than a step."""
+    text = vf.Text(vf.load_font(variation_tables.avar_2_with_conditions()), "a")
+    for width in np.linspace(0.6, 1, 9):
+        start = text.at(theta=[[0.5, width]])
+        handle = start.handle()
+        x, y = start.position(handle).tolist()
+        for reach in (-3000, 3000):
+            found = vf.solve(start, vf.Target(handle, (x + reach, y)), restarts=0)
+            assert (abs(found.theta) <= 1).all()
 
 
 def test_a_boundary_is_crossed_without_restarts_too() -> None:

@@ -246,9 +246,11 @@ def _beyond(energy: Energy, found: Descent, entry: Entry, step: float) -> Iterat
     With many letters a text takes long to make, so each is made only when it is tried.
     """
     unknown = energy.by_letter(np.arange(len(found.state.x)))[entry]
+    ends = [bound[entry[1]] for bound in energy.text.font.bounds]
     for _ in range(1 + MOST_NARROW):
         x = found.state.x.copy()
-        x[unknown] += step
+        # Where axes move others, the end of the axis may be nearer than the step is long.
+        x[unknown] = np.clip(x[unknown] + step, *ends)
         place = energy.unknowns.place(x)
         other = energy.text.moved_to({name: place[name] for name in energy.text.place})
         yield other
@@ -258,7 +260,7 @@ def _beyond(energy: Energy, found: Descent, entry: Entry, step: float) -> Iterat
         ahead = int(step > 0)
         end = other.composition.bounds_at(other.coordinates)[ahead][entry]
         width = abs(float(end - other.coordinates[entry]))
-        if width > NARROW or end == other.font.bounds[ahead][entry[1]]:
+        if width > NARROW or end == ends[ahead]:
             return
         step += float(np.copysign(width + 1 / F2DOT14, step))
 
