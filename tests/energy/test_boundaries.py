@@ -57,19 +57,24 @@ def test_a_boundary_is_not_crossed_where_that_costs_more() -> None:
     assert "a becomes bowl at wght = 650: not crossed" in found.message
 
 
-@pytest.mark.parametrize("back", [False, True])
-def test_a_solve_looks_beyond_a_narrow_box_whose_glyph_costs_more(back: bool) -> None:
-    """Recursive has such boxes, because the ends of its condition sets differ by a hair."""
+def exchanged_twice() -> vf.Text:
+    """As :func:`exchanged`, with a third square in a narrow box in between."""
     moves = {"a": 200, "thin": -900, "bowl": 300}
     glyphs = {name: fonts.outline(fonts.SQUARE) for name in moves}
     deltas = {n: [(fonts.BOLD, [(x, 0)] * 4 + fonts.STILL)] for n, x in moves.items()}
 
     def edit(builder) -> None:
-        boxes = [("thin", 0.5, 0.5003), ("bowl", 0.5004, 1)]
+        boxes = [("thin", 0.5, 8197 / 2**14), ("bowl", 8198 / 2**14, 1)]
         swaps = [([{"wght": (low, high)}], {"a": name}) for name, low, high in boxes]
         addFeatureVariations(builder.font, swaps)
 
-    text = vf.Text(fonts.build(glyphs, deltas, edit=edit), "a")
+    return vf.Text(fonts.build(glyphs, deltas, edit=edit), "a")
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_solve_looks_beyond_a_narrow_box_whose_glyph_costs_more(back: bool) -> None:
+    """Recursive has such boxes, because the ends of its condition sets differ by a hair."""
+    text = exchanged_twice()
     assert len(text.composition.settings.rows) == 3
     text = text.at(theta=[[0.9, 0]]) if back else text
     handle = text.handle()
@@ -190,14 +195,17 @@ def test_a_side_that_cost_more_is_tried_again_after_another_letter_has_crossed()
     assert [(met.letter, met.crossed) for met in found.boundaries] == [(1, True), (0, True)]
 
 
-def test_a_side_with_too_few_iterations_is_not_said_to_cost_more() -> None:
-    text = exchanged()
+@pytest.mark.parametrize("text", [exchanged(), exchanged_twice()], ids=["next", "after next"])
+def test_a_side_with_too_few_iterations_is_not_said_to_cost_more(text: vf.Text) -> None:
     handle = text.handle()
     start = float(text.position(handle)[0])
 
     def function(p: torch.Tensor) -> torch.Tensor:
-        """20 units are missed below the boundary. Beyond, the way to zero takes many steps."""
-        moved = p[:, 0] - start
+        """20 units are missed below the boundary. Beyond, the way to zero takes many steps.
+
+        In the narrow box no step changes the cost.
+        """
+        moved = (p[:, 0] - start).clamp(-300)
         return torch.where(moved < 120, 120 - moved, 40 * ((moved - 250) / 50) ** 3)
 
     term = vf.Residual(function, [handle])

@@ -134,10 +134,10 @@ def cross(energy: Energy, found: Descent, descend: Descend) -> Crossing:
             better = [side for side in tried if side.found.state.cost < found.state.cost]
             if better or ended:
                 break
-            # The last one of a side is kept: that of the next box.
-            refused |= {
-                side.entry: _Refused(side.boundary, side.found.cut) for side in reversed(tried)
-            }
+            for side in tried:
+                # The boundary is that of the next box, but a box beyond it may be the one cut short.
+                known = refused.setdefault(side.entry, _Refused(side.boundary, None))
+                refused[side.entry] = known._replace(cut=known.cut or side.found.cut)
             former.difference_update(side.entry for side in tried)
         if not (better or ended) and former.intersection(entry for entry, _ in sides):
             refused = {entry: side for entry, side in refused.items() if entry not in former}
@@ -175,7 +175,7 @@ class _Side(NamedTuple):
 
 
 class _Refused(NamedTuple):
-    """A side whose descent ended at a higher cost, and why that descent ended early, if it did."""
+    """A side whose descents ended at higher costs, and why one of them ended early, if one did."""
 
     boundary: Boundary
     cut: Outcome | None
