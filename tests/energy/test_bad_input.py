@@ -361,7 +361,28 @@ def test_complex_numbers_are_refused(text: vf.Text, handle: vf.Handle) -> None:
             call()
 
 
-@pytest.mark.parametrize("free", ["axes", (), ["axes", 3], ["axes", "size"], [["axes"]], 5, None])
+def nested(*names: str) -> list[Any]:
+    """Names in arrays that are no list of names, and names that can be read once only."""
+    pair = np.array(names)
+    return [np.array(names[0]), pair[None], [pair], (pair,), (pair[:1],), iter(names)]
+
+
+@pytest.mark.parametrize(
+    "free",
+    [
+        *["axes", (), ["axes", 3], ["axes", "size"], [["axes"]], 5, None],
+        *nested("axes", "offsets"),
+    ],
+)
 def test_free_is_a_sequence_of_blocks(text: vf.Text, handle: vf.Handle, free: Any) -> None:
+    # The text keeps the energy of a solve.
+    vf.solve(text, vf.Target(handle, (0, 0)), restarts=0)
     with pytest.raises(vf.SolveError, match="free is a sequence of names of blocks"):
         vf.solve(text, vf.Target(handle, (0, 0)), free=free)
+
+
+@pytest.mark.parametrize("locks", [["wght", ["wght"]], "", *nested("wght", "slnt")])
+def test_locks_are_tags(text: vf.Text, handle: vf.Handle, locks: Any) -> None:
+    vf.solve(text, vf.Target(handle, (0, 0)), restarts=0)
+    with pytest.raises(vf.AxisError, match="locks are tags of axes"):
+        vf.solve(text, vf.Target(handle, (0, 0)), locks=locks)

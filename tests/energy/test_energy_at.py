@@ -163,6 +163,13 @@ def test_the_limit_of_a_solve_may_be_lowered(
         energy_of(text, terms(text, 20))
 
 
+def test_a_tolerance_may_be_changed(text: vf.Text, monkeypatch: pytest.MonkeyPatch) -> None:
+    energy_of(text, terms(text, 10)).least_goal  # noqa: B018
+    monkeypatch.setattr(vf.Target, "tolerance", 0.01)
+    expected = Energy(text, terms(text, 20)).least_goal
+    assert energy_of(text, terms(text, 20)).least_goal == expected < 1e-2
+
+
 def test_locks_of_every_kind(text: vf.Text) -> None:
     for locks in (
         ["CASL", "wght"],

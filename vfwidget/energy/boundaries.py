@@ -135,7 +135,7 @@ def cross(energy: Energy, found: Descent, descend: Descend) -> Crossing:
             if better or ended:
                 break
             for side in tried:
-                # The boundary is that of the next box, but a box beyond it may be the one cut short.
+                # The boundary is that of the next box. Descents beyond that may be cut short too.
                 known = refused.setdefault(side.entry, _Refused(side.boundary, None))
                 refused[side.entry] = known._replace(cut=known.cut or side.found.cut)
             former.difference_update(side.entry for side in tried)

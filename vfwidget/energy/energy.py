@@ -143,9 +143,13 @@ class Energy:
         """Which unknowns, (N,), are locked axes."""
         tags = [axis.tag for axis in self.text.font.axes]
         listed = isinstance(locks, Collection) and not isinstance(locks, str)
-        if not listed or any(tag not in tags for tag in locks):
+        try:
+            locked = set(locks) if listed else {None}
+        except TypeError:
+            locked = {None}
+        if not locked <= set(tags):
             raise AxisError(f"locks are tags of axes ({', '.join(tags)}); received {locks!r}.")
-        return self._each([tag in locks for tag in tags])
+        return self._each([tag in locked for tag in tags])
 
     @property
     def locked(self) -> BoolArray:
@@ -355,15 +359,15 @@ class Energy:
 def _form(term: Term) -> Hashable | None:
     """Everything that a term of a drag is, apart from its goal; None for other terms.
 
-    Terms of one form have the same points, derivative and weight. Only the constant parts of their
-    residuals and the references of their proximity differ.
+    Terms of one form have the same points, derivative, weight and tolerance. Only the constant
+    parts of their residuals and the references of their proximity differ.
     """
     # A class derived from one of these may depend on more. bind() refuses wrong values.
     kind, handle = type(term), getattr(term, "handle", None)
     known = kind in (Target, Pin, StayClose) and is_number(term.weight)
     if not known or not (handle is None or isinstance(handle, Handle)):
         return None
-    return kind, handle, term.weight
+    return kind, handle, term.weight, term.tolerance
 
 
 def _around(term: Term, pull: Proximity | None, unknowns: Unknowns) -> Proximity | None:

@@ -50,6 +50,7 @@ def energy_of(
     # A drag asks for the same energy at every event, with another goal.
     # The caller may change a list later, and arrays are not equal as a whole.
     word, lasting = text.word, type(free) is type(locks) is tuple
+    lasting = lasting and all(type(name) is str for name in (*free, *locks))
     latest: Energy | None = word.latest_energy if lasting else None
     if latest is not None and latest.is_over(free, locks):
         energy = latest.at(text, terms)

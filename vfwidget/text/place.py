@@ -100,7 +100,9 @@ class Unknowns:
         self, blocks: Mapping[str, Block], free: Collection[str], added: Collection[str] = ()
     ) -> None:
         try:
-            names = set() if isinstance(free, str) else {*free, *added}
+            # A solve may read them several times, which an iterator does not allow.
+            listed = isinstance(free, Collection) and not isinstance(free, str)
+            names = {*free, *added} if listed else set()
         except TypeError:
             names = set()
         if not names or not names <= blocks.keys():
