@@ -308,6 +308,15 @@ def test_a_layer_of_lottie_ends_when_the_next_one_begins() -> None:
     assert document["fr"] == 4 and document["op"] == 5
 
 
+def test_a_gif_that_stands_still_for_too_long_is_refused_with_a_remedy() -> None:
+    text = vf.Text("recursive", "a")
+    theta = np.repeat(text.coordinates[None], 2, axis=0)
+    small = {"height": 10, "fps": 0.1, "progress": False}
+    assert vf.Animation(text, [0, 600], theta).to_gif(**small)
+    with pytest.raises(vf.MotionError, match=r"655\.35 s\. Use to_mp4"):
+        vf.Animation(text, [0, 700], theta).to_gif(**small)
+
+
 def test_too_many_images_are_refused_before_any_is_drawn() -> None:
     text = vf.Text("dynapuff", "h")
     long = vf.Animation(text, [0, 1e6], np.repeat(text.theta.numpy()[None], 2, axis=0))

@@ -52,3 +52,13 @@ def test_an_impulse_between_frames_wakes_letters_that_lie() -> None:
     np.testing.assert_allclose(
         kicked.positions[:, 0, 1], 600 * np.maximum(kicked.times - 0.805, 0), atol=1e-6
     )
+
+
+@pytest.mark.parametrize("substeps", [1, 4])
+def test_the_steps_damp_swings_by_as_much_as_is_said(substeps: int) -> None:
+    # No axis of this text reaches an end of its range, where it would lose energy.
+    text = vf.Text("afacad-flux", "n", axes={"wght": 600})
+    swing = simulated(text, 60, rest={"wght": 620}, stiffness=400, damping=0, substeps=substeps)
+    energy = swing.energy
+    assert energy is not None
+    assert np.log(energy[0] / energy[60]) == pytest.approx(400 / 60 / substeps, rel=0.1)

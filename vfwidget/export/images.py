@@ -86,16 +86,28 @@ def gif(frames: Iterable[Pixels], delay: int, loop: bool) -> bytes:
         Milliseconds for which each frame is shown; GIF keeps whole hundredths of a second.
     loop : bool
         Whether the animation repeats without end.
+
+    Raises
+    ------
+    MotionError
+        Equal frames follow each other for more than 655.35 s.
     """
     from PIL import Image
 
     images = [Image.fromarray(pixels).quantize(dither=Image.Dither.NONE) for pixels in frames]
     file = io.BytesIO()
     repeats = {"loop": 0} if loop else {}
-    images[0].save(
-        file, "GIF", save_all=True, append_images=images[1:], duration=delay, optimize=False,
-        **repeats,
-    )  # fmt: skip
+    try:
+        images[0].save(
+            file, "GIF", save_all=True, append_images=images[1:], duration=delay, optimize=False,
+            **repeats,
+        )  # fmt: skip
+    except OverflowError:
+        # Frames that are equal become one, and its duration is a number of two bytes.
+        raise MotionError(
+            "The animation stands still for longer than a GIF can show one picture, which is "
+            "655.35 s. Use to_mp4 or to_webm, or slices of the animation."
+        ) from None
     return file.getvalue()
 
 

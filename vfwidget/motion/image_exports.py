@@ -58,7 +58,7 @@ class ImageExports:
         Raises
         ------
         MotionError
-            An option has no meaning.
+            An option has no meaning, or the animation stands still for more than 655.35 s.
         ImageError
             The images are too large.
         OSError

@@ -83,7 +83,8 @@ def simulate(
         Mass of each letter. Default 1. Only the ratios of the masses matter.
     damping : as ``stiffness``
         Damping rate of each axis, in 1/s. The swings of an axis decay like exp(−damping · t / 2).
-        Default 4.
+        The steps of the computation damp them, too: they add stiffness · dt / substeps to this
+        rate. Default 4.
     forces : (2,) or (l, 2) array, or function of the time
         Acceleration of all letters, or of each one, in font units per s². Default none. Gravity
         that suits an em of 1,000 units is (0, -4000).
