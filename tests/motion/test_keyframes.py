@@ -75,6 +75,19 @@ def test_a_target_that_moves_is_followed(thin) -> None:
     np.testing.assert_allclose(found, x - 20 * led.times, atol=0.5)
 
 
+@pytest.mark.parametrize("free", [["tracking"], ["offsets", "tracking"], ["axes", "tracking"]])
+def test_the_frames_of_terms_show_the_tracking_that_was_solved_for(thin, free) -> None:
+    point = thin.handle(glyph=2, contour=0, segment=0)
+    x, y = thin.position(point)
+
+    def terms(time):
+        return [vf.Target(point, (x + 50 + 100 * time, y)), vf.StayClose()]
+
+    animation = vf.Animation.from_terms(thin, terms, 0.2, fps=10, free=free)
+    for time, frame in zip(animation.times, animation, strict=True):
+        np.testing.assert_allclose(frame.position(point), (x + 50 + 100 * time, y), atol=0.5)
+
+
 def test_chains_loops_and_reversals(rise) -> None:
     back = rise.reverse()
     np.testing.assert_array_equal(back.theta, rise.theta[::-1])

@@ -19,6 +19,7 @@ from .diagnostics import Diagnostics
 from .exports import Exports
 from .keyframes import Easing, check_same, read_delays, read_easing, read_keyframes, transitions
 from .numbers import check_frames, read_array, read_count, read_number, read_scenery
+from .tracks import offsets_of
 
 Scenery = Sequence[Sequence[Array]]
 """For each frame, the closed contours (s, 4, 2) of the obstacles, in font units."""
@@ -231,7 +232,9 @@ class Animation(Diagnostics, Exports):
         for time in times:
             frames.append(solve(frames[-1], terms(float(time)), free=free, restarts=0).text)
         theta = [frame.coordinates for frame in frames[1:]]
-        return cls(text, times, np.array(theta), np.array([f.place[OFFSETS] for f in frames[1:]]))
+        return cls(
+            text, times, np.array(theta), np.array([offsets_of(f, text) for f in frames[1:]])
+        )
 
     def chain(self, *others: Animation) -> Animation:
         """Put other animations of the same text after this one; each starts one frame later.

@@ -12,7 +12,9 @@ from ..arrays import Array, to_array
 from ..export.svg import MARGIN
 from ..export.track import Track
 from ..outline.paint import Palette
+from ..text import Text
 from ..text.colours import palette_of
+from ..text.place import OFFSETS, TRACKING
 
 if TYPE_CHECKING:
     from ..font import Font, Glyph
@@ -80,6 +82,18 @@ def user_coordinates(animation: Any) -> Array:
         [axis.denormalize(float(w)) for w in theta[..., i].flat] for i, axis in enumerate(axes)
     ]
     return np.reshape(np.transpose(users), theta.shape)
+
+
+def offsets_of(frame: Text, text: Text) -> Array:
+    """The offsets (l, 2) with which the letters of a text stand as in a frame.
+
+    A frame with another tracking is one with other offsets, because all frames of an animation have
+    the tracking of its text.
+    """
+    plain = text.moved_to({**frame.place, TRACKING: text.place[TRACKING]})
+    pairs = zip(frame.layout, plain.layout, strict=True)
+    shifts = np.array([(own.x - other.x, own.y - other.y) for own, other in pairs])
+    return np.asarray(frame.place[OFFSETS] + shifts)
 
 
 def obstacle_tracks(animation: Any) -> list[Track]:
