@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -290,3 +291,17 @@ def test_many_letters_with_targets_need_no_singular_values(monkeypatch: pytest.M
     # At the second start some points do not move, apart from rounding errors.
     found = vf.solve(text, terms, restarts=1)
     assert found.active.any() and not taken
+
+
+@pytest.mark.parametrize("options", [{}, {"free": ("axes", "offsets")}, {"ties": [(0, 1)]}])
+def test_the_history_has_the_cost_of_preferences_that_disagree(options: dict[str, Any]) -> None:
+    text = vf.Text("recursive", "hk", {"wght": 500}, shared=False)
+    handle = text.handle(1, 0, 1, 0.5)
+    x, y = text.position(handle).tolist()
+    goal, heavy = vf.Target(handle, (x + 30, y)), vf.AxisTarget({"wght": 900}, weight=20.0)
+    for terms in ([goal, vf.StayClose(10.0), heavy], [vf.StayClose(10.0), heavy]):
+        for _ in range(2):
+            found = vf.solve(text, terms, **options)
+            costs = [cost for _, cost in found.history]
+            assert costs[-1] == pytest.approx(found.cost, rel=1e-9) and found.cost > 1
+            assert costs == sorted(costs, reverse=True)

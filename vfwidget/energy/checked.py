@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -63,6 +63,26 @@ def blocks_of(term: Term, text: Text) -> Mapping[str, Block]:
                 f"received {name!r}: {block!r:.200}."
             )
     return blocks
+
+
+def all_blocks(text: Text, terms: Sequence[Term]) -> tuple[dict[str, Block], list[str]]:
+    """The blocks of the text and of its terms, and the names of the latter.
+
+    Raises
+    ------
+    SolveError
+        As :func:`blocks_of`; or two blocks have one name.
+    """
+    blocks, added = text.blocks, []
+    for term in terms:
+        for name, block in blocks_of(term, text).items():
+            if name in blocks:
+                raise SolveError(
+                    f"Two terms bring unknowns called {name!r}; give one of them another name."
+                )
+            blocks[name] = block
+            added.append(name)
+    return blocks, added
 
 
 def _is_sound(block: Block) -> bool:

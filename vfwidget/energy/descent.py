@@ -120,6 +120,7 @@ def descend(
         scale_by_columns=scale_by_columns,
         tolerances=tolerances,
         proximity=energy.proximity,
+        constant=energy.constant,
         renews=energy.moves,
     )
     history: History = [] if watch is None else Path(watch)

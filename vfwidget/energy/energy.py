@@ -13,9 +13,9 @@ from ..arrays import Array, BoolArray, to_array
 from ..errors import AxisError, SolveError
 from ..solver.problem import Proximity, check_size, is_number
 from ..text import Handle, Text
-from ..text.place import AXES, OFFSETS, TRACKING, Block, Unknowns
+from ..text.place import AXES, OFFSETS, TRACKING, Unknowns
 from .affine import AffineTerm, compiled
-from .checked import blocks_of, bound, located, miss_of, no_terms, proximity_of
+from .checked import all_blocks, bound, located, miss_of, no_terms, proximity_of
 from .handle_terms import Pin, Target
 from .rows import PointRows, wrong_rows
 from .term import MET, Term, TermResult
@@ -52,6 +52,8 @@ class Energy:
         Padded with infinity.
     proximity : Proximity
         The energy contains Σ weights · (x − reference)².
+    constant : float
+        What the energy contains besides, because terms pull one unknown to different references.
     moves : bool
         Whether a term has to be located again between the steps of the solver.
     has_form : bool
@@ -79,7 +81,7 @@ class Energy:
             raise no_terms()
         self._options = free, locks, followers
         self.terms = [bound(term, text) for term in terms]
-        blocks, added = _all_blocks(text, self.terms)
+        blocks, added = all_blocks(text, self.terms)
         unknowns = Unknowns(blocks, free, added)
         self._stand_at(text, unknowns, [proximity_of(term, text, unknowns) for term in self.terms])
         self._rows = [located(term, text) for term in self.terms]
@@ -170,13 +172,14 @@ class Energy:
     def _collect_proximity(self) -> None:
         pulls = [pull for pull in self._pulls if pull is not None]
         if len(pulls) == 1:
-            self.proximity = pulls[0]
+            self.proximity, self.constant = pulls[0], 0.0
             return
         # Several squares of one unknown are one, around their weighted mean.
         weights = np.zeros(len(self.lower)) + sum(w for w, _ in pulls)
         mean = np.zeros(len(self.lower)) + sum(w * reference for w, reference in pulls)
         np.divide(mean, weights, out=mean, where=weights > 0)
         self.proximity = Proximity(weights, mean)
+        self.constant = sum(float((w * (r - mean)).dot(r - mean)) for w, r in pulls)
 
     def _compile(self) -> None:
         """Separate the affine rows from the others."""
@@ -382,17 +385,3 @@ def _joined(parts: Sequence[Array]) -> Array:
     if len(parts) > 1:
         parts = [part for part in parts if len(part)] or parts[:1]
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
-
-
-def _all_blocks(text: Text, terms: Sequence[Term]) -> tuple[dict[str, Block], list[str]]:
-    """The blocks of the text and of its terms, and the names of the latter."""
-    blocks, added = text.blocks, []
-    for term in terms:
-        for name, block in blocks_of(term, text).items():
-            if name in blocks:
-                raise SolveError(
-                    f"Two terms bring unknowns called {name!r}; give one of them another name."
-                )
-            blocks[name] = block
-            added.append(name)
-    return blocks, added

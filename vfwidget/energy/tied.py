@@ -154,7 +154,7 @@ class TiedEnergy(Energy):
         np.maximum.at(self.lower, self._source, whole.lower)
         np.minimum.at(self.upper, self._source, whole.upper)
         follows = lead != np.arange(len(lead))
-        self.proximity = self._once(whole, follows, kept)
+        self.proximity, self.constant = self._once(whole, follows, kept), whole.constant
 
     def _once(self, whole: Energy, follows: Array, kept: IntArray) -> Proximity:
         """The squares of the unknowns, without those of the letters that follow others."""
@@ -162,6 +162,7 @@ class TiedEnergy(Energy):
             pull and pull._replace(weights=np.where(follows, 0.0, pull.weights))
             for pull in whole._pulls
         ]
+        whole._collect_proximity()
         weights, reference = whole.proximity
         return Proximity(weights[kept], reference[kept])
 

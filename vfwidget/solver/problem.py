@@ -137,6 +137,8 @@ class Problem(NamedTuple):
     proximity : Proximity, optional
         Added to the cost without rows in the residual. With few residuals, a step then takes
         time proportional to n.
+    constant : float
+        Added to the cost.
     renews : bool
         Whether the residual changes between steps: it is renewed at the start and after every
         accepted step (see :class:`Kind`).
@@ -151,11 +153,12 @@ class Problem(NamedTuple):
     loss_scale: float = 1.0
     tolerances: Tolerances = Tolerances()
     proximity: Proximity | None = None
+    constant: float = 0.0
     renews: bool = False
 
     def cost(self, residual: Array, x: Array) -> float:
         """The cost of a residual (m,) at x (n,); infinite if it is not finite."""
-        value = robust_cost(residual, self.loss, self.loss_scale)
+        value = robust_cost(residual, self.loss, self.loss_scale) + self.constant
         if self.proximity is not None:
             weights, reference = self.proximity
             away = x - reference
