@@ -15,6 +15,7 @@ from vfwidget.matching.fit import Options, fit
 from vfwidget.matching.looks import View
 from vfwidget.matching.placement import read_placement
 from vfwidget.matching.scene import Scene, State
+from vfwidget.matching.start import settled
 from vfwidget.raster import frame
 
 FIT = importlib.import_module("vfwidget.matching.fit")
@@ -292,3 +293,18 @@ def test_progress_is_shown_unless_declined(image, capsys):
     assert "match" in capsys.readouterr().err
     match(image, "S", "dynapuff", max_iterations=1)
     assert capsys.readouterr().err == ""
+
+
+def test_an_axis_that_moves_nothing_stands_where_the_text_has_it():
+    text = vf.Text("recursive", "Rig", axes={"wght": 640})
+    cursive = [axis.tag for axis in text.font.axes].index("CRSV")
+    theta = text.coordinates.copy()
+    theta[0, :2] = 0.3
+    # Beyond two boundaries the glyphs are those of the text again.
+    theta[0, cursive] = -0.9
+    found = settled(text, theta)
+    assert found[0, cursive] == 0
+    np.testing.assert_array_equal(np.delete(found, cursive, 1), np.delete(theta, cursive, 1))
+    # These glyphs are others, so the axis has to stay.
+    theta[0, cursive] = 0.9
+    np.testing.assert_array_equal(settled(text, theta), theta)

@@ -19,7 +19,7 @@ from .images import Levels, noise_variance, part, shrink
 from .looks import View
 from .placement import place_on_ink, read_placement
 from .scene import Scene, State
-from .start import best_apart, boxes_around, candidates, felt, rank, readings
+from .start import best_apart, boxes_around, candidates, felt, rank, readings, settled
 
 STAGES = ((48, 6), (96, 3))
 """Pixels of the longer side, and how many starts are fitted at them, before the last stage."""
@@ -142,12 +142,13 @@ class Search:
         options = self.settings.options
         view = self._picture(self.settings.resolution, path[-1])
         found = fit(view, options, self.settings.max_iterations, self.watch, crosses=True)
+        state = replace(found.state, theta=settled(self.text, found.state.theta))
         return Outcome(
-            state=found.state,
+            state=state,
             loss=found.loss,
-            score=self._score(found.state),
-            deviation=deviations(view, found.state, options.loss),
-            path=path[:-1] + found.path,
+            score=self._score(state),
+            deviation=deviations(view, state, options.loss),
+            path=[*path[:-1], *found.path[:-1], state],
             measure=(view.scene.factor, options.loss, view.scale),
             iterations=found.iterations,
             converged=found.converged,

@@ -79,6 +79,17 @@ def felt(text: Text) -> BoolArray:
     return np.asarray(by_letter.any(0, keepdims=True) if text.shared else by_letter)
 
 
+def settled(text: Text, theta: Array) -> Array:
+    """Θ with the axes that move nothing where the text has them, if that changes no glyph.
+
+    A fit may come from elsewhere, and would leave such an axis at any value.
+    """
+    here = text.moved(theta)
+    there = text.moved(np.where(felt(here), theta, text.coordinates))
+    points = [one.point_set().positions(one.place) for one in (here, there)]
+    return there.coordinates if np.array_equal(*points) else theta
+
+
 def _spread(count: int, dimensions: int) -> Array:
     """Points that fill the unit cube evenly, the same at every call (Sobol's sequence)."""
     import torch
