@@ -73,7 +73,7 @@ def exchanged_twice() -> vf.Text:
 
 @pytest.mark.parametrize("back", [False, True])
 def test_a_solve_looks_beyond_a_narrow_box_whose_glyph_costs_more(back: bool) -> None:
-    """Recursive has such boxes, because the ends of its condition sets differ by a hair."""
+    """Recursive has such boxes, because the ends of its condition sets differ very slightly."""
     text = exchanged_twice()
     assert len(text.composition.settings.rows) == 3
     text = text.at(theta=[[0.9, 0]]) if back else text

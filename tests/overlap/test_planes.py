@@ -40,7 +40,7 @@ def miss(text, *obstacles, **options):
 @pytest.mark.parametrize("method", ["area", "planes"])
 @pytest.mark.parametrize("height", [60, 91, 130, 700])
 def test_a_corner_near_a_straight_side(method, height):
-    """The tip of a triangle, 3 units beside the right side of an I."""
+    """The tip of a triangle, 3 units to the right of an I."""
     text = vf.Text("roboto-flex", "I")
     right = float(text.points()[:, 0].max()) + 3
     wedge = [(right, height), (right + 500, height - 99), (right + 500, height + 99)]

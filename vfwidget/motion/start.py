@@ -59,7 +59,7 @@ def apart(body: Body, scene: Scene) -> Place:
 def separated(body: Body, text: Text, scene: Scene, time: float) -> Text | None:
     """The nearest free state to a text that is found, among the obstacles of a time; or None."""
     obstacles = scene.given(time)
-    if OFFSETS not in body.free:
+    if OFFSETS not in body.free and deepest(text, obstacles) > DEEP:
         text = resolve_overlaps(text, obstacles).text
     outlines, segments = scene.at(time)
     goal = body.reduced_at(text.place)

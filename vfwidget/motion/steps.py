@@ -28,8 +28,7 @@ from .flight import Flight
 from .free_step import MARGIN, FreeStep
 from .laws import Laws, State
 from .scene import NEARBY, Scene
-from .start import DEEP as COVERED
-from .start import deepest, separated
+from .start import separated
 from .terms import (
     SLIP,
     STIFFNESS,
@@ -129,10 +128,10 @@ class Stepper:
         if not self.scene.before(time, later)[1]:
             return state
         text = self.body.text.moved_to(state.place)
-        if deepest(text, self.scene.shapes(later)) <= COVERED:
-            return state
         free = separated(self.body, text, self.scene, later)
-        return state if free is None else replace(state, place=self.body.start(free))
+        if free is None or free is text:
+            return state
+        return replace(state, place=self.body.start(free))
 
 
 class _Step(FreeStep):
@@ -309,7 +308,7 @@ class _Step(FreeStep):
         return replace(state, velocity=state.velocity * np.sqrt(max(most, 0.0) / has))
 
     def _is_jammed(self, gaps: Gaps, before: Array, after: Array) -> bool:
-        """Whether letters that keep their shape would have to dart out between moving obstacles.
+        """Whether letters that keep their shape would have to leave moving obstacles very fast.
 
         The velocities (r,) are those of letters that move as a whole, before and after an impact.
         """

@@ -96,6 +96,11 @@ def nonzero(winding: Any) -> Any:
     return winding[0] != 0
 
 
+def in_both(winding: Any) -> Any:
+    """Where neither of two winding numbers (2, N) is zero: what two groups have in common."""
+    return winding[0] * winding[1] != 0
+
+
 def boundary(
     curves: Any,
     sizes: Sequence[int],

@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import OverlapError
 from ..limits import limits
-from ..outline.arrangement import nonzero
+from ..outline.arrangement import in_both, nonzero
 from ..outline.cubics import AREA
 from ..outline.union import odd, without_overlaps
 from .shape import LARGEST
@@ -222,11 +222,7 @@ def _common(contours: list[Array], window: list[Array]) -> list[Array]:
     curves = [*contours, *window]
     sizes = [len(contour) for contour in curves]
     layer = np.repeat([0] * len(contours) + [1] * len(window), sizes)
-    return without_overlaps(np.concatenate(curves), sizes, _in_both, layer=layer)
-
-
-def _in_both(winding: Any) -> Any:
-    return winding[0] * winding[1] != 0
+    return without_overlaps(np.concatenate(curves), sizes, in_both, layer=layer)
 
 
 def _filled(areas: Sequence[Painted], placement: Any = (1.0, 0.0)) -> list[Array]:

@@ -7,13 +7,13 @@ they always close, and :mod:`..outline.area` integrates along them, without flat
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, IntArray, at_least_zero, expand, sum_at
 from ..outline.area import areas, swept, swept_by, weighted_powers
-from ..outline.arrangement import Spans, boundary
+from ..outline.arrangement import Spans, boundary, in_both
 from ..outline.monotone import POWER, evaluate
 from .shape import CLOSED, Shape
 from .shortened import shortened
@@ -161,7 +161,7 @@ def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:
     curves = (POWER @ points.reshape(4, -1)).reshape(points.shape)
     if len(pair):
         sizes = [size for size in np.bincount(outlines.contour).tolist() if size]
-        spans = boundary(curves, sizes, pair, _in_both, layer)
+        spans = boundary(curves, sizes, pair, in_both, layer)
     else:
         spans = Spans(pair, *[np.zeros(0)] * 3)
     parts = areas(curves, spans)
@@ -183,7 +183,3 @@ def _clusters(group: IntArray, low: Array, high: Array) -> IntArray:
     number = np.empty_like(group)
     number[order] = opens.cumsum()
     return number
-
-
-def _in_both(winding: Any) -> Any:
-    return winding[0] * winding[1] != 0

@@ -23,8 +23,8 @@ from .gaps import SAG, Gaps, Outlines
 from .shape import Shape
 
 REACH = 2 * SAG
-"""Font units: samples of outlines that are farther apart than a gap by this much may lie beside
-points that are nearer."""
+"""Font units: samples of outlines that are farther apart than a gap by this much may lie next
+to points that are nearer."""
 ROUNDING = 1e-9
 """Of a parameter: a point that is so near to the end of a part lies on it."""
 

@@ -69,7 +69,7 @@ def stroked(segments: Array, closed: bool, pen: Pen) -> list[Array]:
     if not len(long):
         return _dot(segments[0, 0], half, pen.cap)
     if closed and not np.array_equal(long[-1, 3], long[0, 0]):
-        long = np.concatenate([long, _line(long[-1, 3], long[0, 0])[None]])
+        long = np.concatenate([long, chord(long[-1, 3], long[0, 0])[None]])
     contours = []
     for line in _dashed(long, pen) if pen.dashes else [long]:
         whole, start = closed and line is long, line[0, 0]
@@ -119,7 +119,8 @@ def count_dashes(segments: Array, pen: Pen) -> int:
     return int(min(length / sum(pen.dashes) * len(pen.dashes) / 2, 1e9))
 
 
-def _line(start: Array, end: Array) -> Array:
+def chord(start: Array, end: Array) -> Array:
+    """A straight line as a cubic (4, 2)."""
     return np.stack([start, (2 * start + end) / 3, (start + 2 * end) / 3, end])
 
 
@@ -137,11 +138,11 @@ Edges = tuple[Array, Array]
 
 
 def _edges(cubic: Array, half: float) -> tuple[Edges, bool]:
-    """The edges half a stroke's width beside a cubic (4, 2), and whether one of them turns back."""
+    """The edges of the strip along a cubic (4, 2), and whether one of them turns back."""
     thirds = (2 * cubic[[0, 3]] + cubic[[3, 0]]) / 3
     if np.allclose(cubic[1:3], thirds, rtol=0, atol=STRAIGHT * np.ptp(cubic, 0).max()):
         right = half * _direction(cubic, 0) @ QUARTER
-        one, other = (_line(cubic[0] + side, cubic[3] + side)[None] for side in (right, -right))
+        one, other = (chord(cubic[0] + side, cubic[3] + side)[None] for side in (right, -right))
         return (one, other), False
     t = np.linspace(0, 1, STEPS + 1)
     sides = np.diff(cubic, axis=0)
@@ -171,7 +172,7 @@ def _strip(edges: Sequence[Edges]) -> Array:
     """The strip between the edges of segments that continue each other."""
     right, left = (_continued(side) for side in zip(*edges, strict=True))
     back = left[::-1, ::-1]
-    over = _line(right[-1, 3], back[0, 0]), _line(back[-1, 3], right[0, 0])
+    over = chord(right[-1, 3], back[0, 0]), chord(back[-1, 3], right[0, 0])
     return np.concatenate([right, over[0][None], back, over[1][None]])
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import OverlapError
 from ..limits import limits
-from .strokes import LEAST_CURVES, Pen, count_dashes, stroked
+from .strokes import LEAST_CURVES, Pen, chord, count_dashes, stroked
 from .svg_tree import Drawn, number
 
 GEOMETRY = frozenset("d points x y x1 y1 x2 y2 cx cy r rx ry width height".split())
@@ -180,8 +180,7 @@ def _closed(segments: Array) -> Array:
     start, end = segments[-1, 3], segments[0, 0]
     if np.array_equal(start, end):
         return segments
-    side = np.stack([start, (2 * start + end) / 3, (start + 2 * end) / 3, end])
-    return np.concatenate([segments, side[None]])
+    return np.concatenate([segments, chord(start, end)[None]])
 
 
 def _is_painted(style: dict[str, str], name: str, default: str) -> bool:
