@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 def declarations(
     family: str,
     axes: Mapping[str, float] | Sequence[Mapping[str, float]],
-    features: Sequence[tuple[str, int]] = (),
+    features: Mapping[str, int] | None = None,
     tracking: float = 0.0,
 ) -> str:
     """Write the declarations that set a text in a font at axis values.
@@ -18,14 +18,14 @@ def declarations(
     family : str
         Name of the font family.
     axes : mapping of tag to user value, or one for each letter
-    features : sequence of (tag, value)
+    features : mapping of tag to int, optional
         OpenType features that differ from the defaults of the font.
     tracking : float
         Space after each grapheme, in em.
     """
     lines = [f"font-family: {quoted(family)};"]
     if features:
-        lines.append(f"font-feature-settings: {settings(dict(features))};")
+        lines.append(f"font-feature-settings: {settings(features)};")
     if tracking:
         lines.append(f"letter-spacing: {number(tracking)}em;")
     if isinstance(axes, Mapping):

@@ -371,9 +371,9 @@ class Font(DesignSpace):
         with self._reading, damage("The GSUB or GPOS table is damaged"):
             return read_conditions(self._ttfont)
 
-    def shaping_options(self, **options: Any) -> ShapingOptions:
+    def shaping_options(self, *options: Any, **named: Any) -> ShapingOptions:
         """Check features, language, script and direction; see :func:`check_options`."""
-        return check_options(self._shaper.features, **options)
+        return check_options(self._shaper.features, *options, **named)
 
     def shape_at(
         self,

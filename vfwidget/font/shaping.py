@@ -265,7 +265,8 @@ class Shaper:
         # Without a language HarfBuzz would take that of the machine.
         buffer.language = options.language or "und"
         buffer.guess_segment_properties()
-        hb.shape(self._font, buffer, dict(options.features))
+        # Ranges count from the start of the string, as clusters do.
+        hb.shape(self._font, buffer, options.feature_values)
         return buffer
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from fontTools import unicodedata
@@ -20,6 +21,10 @@ COMMON_FEATURES = frozenset(
 """Features that may be switched whether the font has them or not: those that HarfBuzz applies."""
 MOST_ALTERNATES = 2**32
 """HarfBuzz holds the value of a feature in 32 bits."""
+END = 2**32 - 1
+"""Where a range ends that has no end, in HarfBuzz."""
+RANGE = re.compile(r"(.+)\[(?:([0-9]*):([0-9]*)|([0-9]+)|)\]", re.DOTALL)
+"""A feature with a range of characters, as hb-shape takes it: ``kern[1:5]`` or ``kern[3]``."""
 LANGUAGE = re.compile(r"([A-Za-z]{2,3}|[xX](?=-)|[iI](?=-))(-[A-Za-z0-9]{1,8})*")
 """The form of a BCP 47 language tag."""
 LANGUAGES = frozenset(
@@ -34,15 +39,45 @@ LANGUAGES = frozenset(
 """Language codes of two letters (ISO 639-1). Those of three letters are not checked."""
 
 
+FeatureValues: TypeAlias = "Mapping[str, bool | int | Iterable[tuple[int, int, bool | int]]]"
+"""Features as callers give them: the value by tag or by tag with a range, or ranges with values."""
+
+
+class Feature(NamedTuple):
+    """An OpenType feature that a text sets, with the characters ``string[start:end]``.
+
+    Attributes
+    ----------
+    tag : str
+    value : int
+        0 is off, 1 on, and more chooses among alternates.
+    start, end : int
+        By default the whole text.
+    """
+
+    tag: str
+    value: int
+    start: int = 0
+    end: int = END
+
+    @property
+    def is_everywhere(self) -> bool:
+        """Whether the feature is set for the whole text."""
+        return (self.start, self.end) == (0, END)
+
+    def __str__(self) -> str:
+        return self.tag if self.is_everywhere else f"{self.tag}[{self.start}:{self.end}]"
+
+
 @dataclass(frozen=True)
 class ShapingOptions:
     """What a text asks of HarfBuzz besides its characters; :func:`check_options` makes it.
 
     Attributes
     ----------
-    features : tuple of (str, int)
-        OpenType features that differ from HarfBuzz's defaults: 0 is off, 1 on, and more chooses
-        among alternates. Sorted by tag.
+    features : tuple of Feature
+        OpenType features that differ from HarfBuzz's defaults, sorted by tag. Among those of one
+        tag a later one takes precedence.
     language : str or None
         BCP 47 tag, such as ``"sr"``.
     script : str or None
@@ -51,15 +86,39 @@ class ShapingOptions:
         Direction of each line as a paragraph; by default that of its first strong character.
     """
 
-    features: tuple[tuple[str, int], ...] = ()
+    features: tuple[Feature, ...] = ()
     language: str | None = None
     script: str | None = None
     direction: str | None = None
 
+    @property
+    def feature_values(self) -> dict[str, int | list[tuple[int, int, int]]]:
+        """The features as HarfBuzz and a text take them: a value by tag, or ranges with values."""
+        found: dict[str, Any] = {}
+        for feature in self.features:
+            found.setdefault(feature.tag, []).append((feature.start, feature.end, feature.value))
+        whole = self.whole_features
+        return {
+            tag: whole[tag] if len(ranges) == 1 and tag in whole else ranges
+            for tag, ranges in found.items()
+        }
+
+    @property
+    def whole_features(self) -> dict[str, int]:
+        """The values that are set for the whole text, by tag."""
+        return {feature.tag: feature.value for feature in self.features if feature.is_everywhere}
+
+    def at_character(self, index: int) -> ShapingOptions:
+        """The same options where a text is the character at this index only."""
+        # HarfBuzz sets ranges after all values for the whole text.
+        order = sorted(self.features, key=lambda feature: not feature.is_everywhere)
+        own = {f.tag: f.value for f in order if f.start <= index < f.end}
+        return replace(self, features=tuple(Feature(*item) for item in own.items()))
+
 
 def check_options(
     font_features: Collection[str],
-    features: Mapping[str, bool | int] | None = None,
+    features: FeatureValues | None = None,
     language: str | None = None,
     script: str | None = None,
     direction: str | None = None,
@@ -70,27 +129,23 @@ def check_options(
     ----------
     font_features : collection of str
         The features that the font has.
-    features : mapping of tag to bool or int, optional
+    features : mapping of str to value or ranges, optional
+        As :class:`~vfwidget.Text` takes it.
     language, script, direction : str, optional
         As in :class:`ShapingOptions`.
 
     Raises
     ------
     TextError
-        Neither the font nor HarfBuzz has the feature, its value is not a whole number, the script
-        or the language does not exist, or the direction is not ``"ltr"`` or ``"rtl"``.
+        Neither the font nor HarfBuzz has the feature, its value is not a whole number, its range
+        is none, the script or the language does not exist, or the direction is not ``"ltr"`` or
+        ``"rtl"``.
     """
     if not isinstance(features, Mapping | None):
         raise TextError(
             f"features has to be a mapping such as {{'kern': False}}; received {features!r}."
         )
-    for tag, value in (features or {}).items():
-        if tag not in COMMON_FEATURES and tag not in font_features:
-            names = ", ".join(sorted(font_features)) or "none"
-            raise TextError(f"The font has no feature {tag!r}. It has: {names}.")
-        whole = isinstance(value, bool | int | np.integer | np.bool_)
-        if not whole or not 0 <= int(value) < MOST_ALTERNATES:
-            raise TextError(f"Feature {tag!r} has to be on, off or a number; received {value!r}.")
+    found = [f for key, given in (features or {}).items() for f in _read(key, given, font_features)]
     if language is not None and not _is_language(language):
         raise TextError(f"language has to be a BCP 47 tag such as 'en'; received {language!r}.")
     if script is not None and str(script) not in unicodedata.Scripts.NAMES:
@@ -99,8 +154,65 @@ def check_options(
         )
     if direction not in (None, "ltr", "rtl"):
         raise TextError(f"direction has to be 'ltr' or 'rtl'; received {direction!r}.")
-    chosen = tuple(sorted((tag, int(value)) for tag, value in (features or {}).items()))
+    # The order of those of one tag is kept.
+    chosen = tuple(sorted(found, key=lambda feature: feature.tag))
     return ShapingOptions(chosen, language, script, direction)
+
+
+def _read(key: Any, given: Any, font_features: Collection[str]) -> list[Feature]:
+    """What one entry of a mapping of features sets."""
+    ranged = None if _exists(key, font_features) else RANGE.fullmatch(str(key))
+    tag = ranged[1] if ranged else key
+    if not _exists(tag, font_features):
+        names = ", ".join(sorted(font_features)) or "none"
+        hint = " Write a range of characters as in 'kern[1:3]'." if "[" in str(tag) else ""
+        raise TextError(f"The font has no feature {tag!r}.{hint} It has: {names}.")
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        start, end = _bounds(*ranged.groups()[1:]) if ranged else (0, END)
+        return [_checked(tag, start, end, given)]
+    if ranged:
+        raise TextError(
+            f"Feature {tag!r} has a range in its key {key!r} and others in its value. "
+            f"Write {{{tag!r}: {given!r:.100}}}."
+        )
+    found = []
+    for entry in given:
+        if not isinstance(entry, Sequence) or isinstance(entry, str) or len(entry) != 3:
+            raise TextError(
+                f"A range of feature {tag!r} has to be (start, end, value), such as (1, 3, 0); "
+                f"received {entry!r:.100}."
+            )
+        found.append(_checked(tag, *entry))
+    return found
+
+
+def _exists(tag: Any, font_features: Collection[str]) -> bool:
+    """Whether the font or HarfBuzz has a feature."""
+    return tag in COMMON_FEATURES or tag in font_features
+
+
+def _bounds(start: str, end: str, only: str) -> tuple[int, int]:
+    """The range that a key states by ``[start:end]``, ``[only]`` or ``[]``."""
+    if only:
+        return int(only), int(only) + 1
+    return int(start or 0), int(end or END)
+
+
+def _checked(tag: str, start: Any, end: Any, value: Any) -> Feature:
+    """A feature whose range and value are whole numbers that HarfBuzz can hold."""
+    if not _is_whole(value) or not 0 <= int(value) < MOST_ALTERNATES:
+        raise TextError(f"Feature {tag!r} has to be on, off or a number; received {value!r:.100}.")
+    whole = all(_is_whole(bound) and not isinstance(bound, bool) for bound in (start, end))
+    if not whole or not 0 <= start <= end:
+        raise TextError(
+            f"A range of feature {tag!r} goes from one character of the text to a later one, such "
+            f"as '{tag}[1:3]' or (1, 3, value); received ({start!r:.100}, {end!r:.100})."
+        )
+    return Feature(tag, int(value), min(int(start), END), min(int(end), END))
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, bool | int | np.integer | np.bool_)
 
 
 def _is_language(tag: object) -> bool:

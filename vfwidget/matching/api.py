@@ -193,7 +193,7 @@ def _manner(text: Text) -> tuple[dict[str, Any], dict[str, float]]:
     """How a text is set, as keyword arguments of another one, and its lengths in ems."""
     font, options = text.font, text.composition.options
     manner = {
-        "features": dict(options.features),
+        "features": options.feature_values,
         "language": options.language,
         "script": options.script,
         "direction": options.direction,

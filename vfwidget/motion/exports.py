@@ -309,7 +309,7 @@ class Exports(ImageExports):
             name=name,
             family=family,
             tags=[axis.tag for axis in font.axes],
-            features=dict(options.features),
+            features=options.whole_features,
             duration=self.duration or 1.0,
             # Browsers round the distance of the baseline to whole pixels; this one is exact where
             # the size of the font is a multiple of 10 px.

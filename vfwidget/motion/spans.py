@@ -157,9 +157,11 @@ def _shaped_alone(
 
     The characters have joiners around them where that is enough.
     """
-    text = animation.text
-    options = replace(text.composition.options, direction="rtl" if rtl else "ltr")
-    own = 0 if text.shared else group[0]
+    text, own = animation.text, 0 if animation.text.shared else group[0]
+    whole = text.composition.options
+    first = min(text.word.clusters[letter] for letter in group)
+    options = replace(whole.at_character(first), direction="rtl" if rtl else "ltr")
+    features = dict(sorted(options.whole_features.items() - whole.whole_features.items()))
     wanted: dict[tuple[int, ...], Array] = {}
     for frame, w in zip(animation, animation.theta[:, own], strict=True):
         wanted.setdefault(tuple(frame.word.glyph_ids[i] for i in sorted(group)), w)
@@ -175,7 +177,7 @@ def _shaped_alone(
 
     for before, after in (("", ""), ("", JOINER), (JOINER, ""), (JOINER, JOINER)):
         if alone(before + string + after) == list(wanted):
-            return before + string + after, {}
+            return before + string + after, features
     found = alone(string)
     if alternates is not None and [len(row) for row in found] == [len(row) for row in wanted]:
         pairs = {
@@ -184,7 +186,7 @@ def _shaped_alone(
             for pair in zip(row, target, strict=True)
         }
         if len(pairs) == len({glyph for glyph, _ in pairs}):
-            return string, alternates.add(dict(pairs))
+            return string, features | alternates.add(dict(pairs))
     raise MotionError(
         f"The glyph of {string!r} depends on the letters around it, and a browser does not see "
         "them where each letter is an element. Switch off the feature that chooses the glyph (in "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array, IntArray, holds_anywhere, to_array
 from ..font import Font
 from ..font.settings import Settings
+from ..font.shaping_options import ShapingOptions
 from ..outline.composed import Displaced
 from .inputs import read_flag, read_length
 from .layout import Layout, layouts
@@ -45,8 +46,7 @@ class Composition:
     line_height : float, optional
         Distance between the baselines of two lines, in font units. Default: ascender minus
         descender.
-    **shaping
-        ``features``, ``language``, ``script`` and ``direction``.
+    options : ShapingOptions
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Composition:
     Raises
     ------
     TextError
-        The string is empty, an option does not exist, or the text cannot be laid out.
+        The string is empty, or the text cannot be laid out.
     GlyphError
         The font lacks a character.
     """
@@ -66,15 +66,14 @@ class Composition:
         font: Font,
         string: str,
         shared: bool,
-        line_height: float | None = None,
-        **shaping: Any,
+        line_height: float | None,
+        options: ShapingOptions,
     ) -> None:
         self.font, self.string, self.shared = font, string, read_flag("shared", shared)
-        self._shaping = shaping
         if line_height is None:
             line_height = font.ascender - font.descender
         self.line_height = read_length("line_height", line_height)
-        self.options = font.shaping_options(**shaping)
+        self.options = options
         self._layouts = layouts(font, string, self.options)
         self._words: Memo[Word] = Memo()
         self.corresponding: Memo[tuple[int, float]] = Memo(1024)
@@ -83,11 +82,11 @@ class Composition:
 
     def regrouped(self, shared: bool) -> Composition:
         """The same string with axes shared by all letters, or not."""
-        return Composition(self.font, self.string, shared, self.line_height, **self._shaping)
+        return Composition(self.font, self.string, shared, self.line_height, self.options)
 
     def __reduce__(self) -> Any:
-        arguments = self.font, self.string, self.shared, self.line_height, self._shaping
-        return _composition, arguments
+        arguments = self.font, self.string, self.shared, self.line_height, self.options
+        return Composition, arguments
 
     def __deepcopy__(self, memo: Any) -> Composition:
         return self
@@ -210,9 +209,3 @@ def _largest(fits: Callable[[Array], bool], box: Array, larger: Array) -> Array:
         middle = (near + far) / 2
         near, far = (middle, far) if fits(box + middle * (larger - box)) else (near, middle)
     return box + near * (larger - box)
-
-
-def _composition(
-    font: Font, string: str, shared: bool, line_height: float, shaping: Mapping[str, Any]
-) -> Composition:
-    return Composition(font, string, shared, line_height, **shaping)

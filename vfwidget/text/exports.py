@@ -116,11 +116,19 @@ class Exports:
 
         Raises
         ------
+        TextError
+            A feature is set for some characters only.
         OSError
             The file cannot be written.
         """
-        font = self.composition.font
-        features, tracking = self.composition.options.features, self.tracking / font.units_per_em
+        font, options = self.composition.font, self.composition.options
+        parts = [str(feature) for feature in options.features if not feature.is_everywhere]
+        if parts:
+            raise TextError(
+                "CSS sets features for a whole element, and this text sets some for a part of its "
+                f"characters: {', '.join(parts)}. Make a text of each part, or use to_svg."
+            )
+        features, tracking = options.whole_features, self.tracking / font.units_per_em
         return written(declarations(font.family_name, self.axes, features, tracking), path)
 
     def to_font(self, path: str | os.PathLike[str] | None = None, name: str | None = None) -> Font:

@@ -206,7 +206,9 @@ def fit_layout(
     fitted = _fit(scalars[chosen], apart.reshape(len(chosen), -1)).reshape(-1, *apart.shape[1:])
     response = shape(places[chosen[0]], lambda _: 1.0) - apart[0]
     w = places[chosen[0]]
-    graphemes = font.shape_at(string, w, options, lambda _: 0.0, by_grapheme=True).clusters
+    # A feature over a part of a grapheme sets other glyphs here, but graphemes start where they do.
+    starts = np.unique(font.shape_at(string, w, options, lambda _: 0.0, by_grapheme=True).clusters)
+    graphemes = starts[np.searchsorted(starts[1:], row.clusters, side="right")]
     layout = _assemble(row, graphemes, fitted, response, support)
     for w in fresh:
         width = _widths(font, w)
@@ -232,13 +234,13 @@ def _widths(font: Font, w: Array) -> Callable[[int], float]:
 
 
 def _assemble(
-    row: ShapedRow, graphemes: Sequence[int], fitted: Array, response: Array, support: Array
+    row: ShapedRow, graphemes: IntArray, fitted: Array, response: Array, support: Array
 ) -> Layout:
     """A layout from the numbers of each glyph.
 
     Parameters
     ----------
-    graphemes : sequence of l int
+    graphemes : (l,) int array
         The grapheme of each glyph, by its first character.
     fitted : (1 + m, l, 3) array
         Constant and deltas of advance, x offset and y offset where all advance widths are 0.
@@ -256,7 +258,7 @@ def _assemble(
     pushed = np.where(same_line, (reach[:, None] - before).clip(0, own), 0.0)
     # Without GPOS, HarfBuzz draws a mark that has no base ahead of the pen, by its own width.
     np.fill_diagonal(pushed, pushed.diagonal() + reach[: len(own)].clip(None, 0.0))
-    anchor, gaps, ends_grapheme = _neighbours(row, np.array(graphemes), is_mark)
+    anchor, gaps, ends_grapheme = _neighbours(row, graphemes, is_mark)
     return Layout(
         row,
         pushed=pushed,

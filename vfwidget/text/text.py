@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array, ArrayLike, to_array, to_tensor
 from ..errors import AxisError, GlyphError
 from ..font import Font, Glyph, load_font
+from ..font.shaping_options import FeatureValues
 from .composition import Composition
 from .exports import Exports
 from .handle import Handle
@@ -48,9 +49,13 @@ class Text(Exports):
         keep the angles.
     tracking : float
         Space that is added after each grapheme, in font units. Default 0.
-    features : mapping of tag to bool or int, optional
+    features : mapping of str to bool, int or ranges, optional
         OpenType features to switch on or off, or alternates to choose: ``{"smcp": True}``. With
-        ``{"kern": False}`` letters are spaced by their side bearings alone, as in Eq. 3.
+        ``{"kern": False}`` letters are spaced by their side bearings alone, as in Eq. 3. For some
+        characters of the string only, add a range to the tag, as for hb-shape
+        (``{"liga[1:3]": False}``), or give (start, end, value) for each range, as for uharfbuzz
+        (``{"liga": [(1, 3, False)]}``). Where ranges overlap, the later one counts; give the value
+        for the whole text first.
     language : str, optional
         BCP 47 tag such as ``"sr"``.
     script : str, optional
@@ -99,22 +104,15 @@ class Text(Exports):
         offsets: ArrayLike | None = None,
         rotations: ArrayLike | None = None,
         tracking: float = 0.0,
-        features: Mapping[str, bool | int] | None = None,
+        features: FeatureValues | None = None,
         language: str | None = None,
         script: str | None = None,
         direction: str | None = None,
         line_height: float | None = None,
     ) -> None:
-        self.composition = Composition(
-            load_font(font),
-            string,
-            shared,
-            line_height,
-            features=features,
-            language=language,
-            script=script,
-            direction=direction,
-        )
+        font = load_font(font)
+        options = font.shaping_options(features, language, script, direction)
+        self.composition = Composition(font, string, shared, line_height, options)
         self._axes: list[dict[str, float]] | None
         self._theta, self._axes = read_axes(
             self.font, self.composition.parameters, axes if axes is not None else {}
