@@ -15,7 +15,12 @@ TRACKED = (*FITTED, "tracking")
 
 @pytest.mark.parametrize(
     "options",
-    [{"features": {"kern": False}}, {"tracking": 120}, {"direction": "rtl"}],
+    [
+        {"features": {"kern": False}},
+        {"features": {"kern[0:2]": False}},
+        {"tracking": 120},
+        {"direction": "rtl"},
+    ],
     ids=str,
 )
 def test_a_text_is_matched_as_it_is_set(options):
