@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapely.geometry import Polygon
+from shapely.ops import unary_union
 
 import vfwidget as vf
 from tests.motion.falls import FLOOR, simulated
+from tests.overlap.polygons import filled, simple
 from vfwidget.motion.body import Body
 from vfwidget.motion.free_step import FreeStep
 from vfwidget.motion.laws import Laws, State
 from vfwidget.motion.scene import Scene, _stroke
 from vfwidget.motion.steps import Stepper
+from vfwidget.overlap.shape import letters
 
 
 def pusher(time, speed=3000.0, more=False):
@@ -43,11 +47,35 @@ def test_a_bar_pushes_a_letter_while_the_structure_of_the_obstacles_changes(chan
     assert pushed.positions[-1, 0, 0] > 200
 
 
-def test_a_bar_that_appears_across_a_stem_blocks_the_letter() -> None:
-    bar = [(-3000, 300), (3000, 300), (3000, 400), (-3000, 400)]
-    text = vf.Text("recursive", "I")
-    with pytest.raises(vf.MotionError, match="cannot get out of the way"):
-        simulated(text, 2, obstacles=lambda t: [bar] if t > 0.02 else [], positions=True)
+def rectangle(left, bottom, right, top):
+    return [(left, bottom), (right, bottom), (right, top), (left, top)]
+
+
+@pytest.mark.parametrize("later", [False, True], ids=["at the start", "later"])
+@pytest.mark.parametrize("string", ["I", "ab"])
+@pytest.mark.parametrize(
+    "obstacles",
+    [
+        [rectangle(-3000, 300, 3000, 400)],
+        [rectangle(100, -3000, 300, 3000)],
+        [rectangle(-2000, -2000, 4000, 4000)],
+        [rectangle(-300, -300, 250, 900), rectangle(250, -300, 1200, 900)],
+    ],
+    ids=["a bar across the stems", "a column", "a large square", "two squares"],
+)
+@pytest.mark.filterwarnings("ignore:At the start:vfwidget.errors.MotionWarning")
+def test_letters_inside_obstacles_are_moved_out(string, obstacles, later) -> None:
+    text = vf.Text("recursive", string)
+    given = (lambda t: obstacles if t > 0.02 else []) if later else obstacles
+    moved = simulated(text, 4, obstacles=given, positions=True)
+    assert moved.penetration.max() < 0.5
+    ink = [filled(simple(letter)) for letter in letters(moved[-1])]
+    others = unary_union([Polygon(corners) for corners in obstacles])
+    for i, one in enumerate(ink):
+        assert one.intersection(unary_union([others, *ink[:i]])).area < 5
+    # They do not leave farther than the obstacles reach, and are not thrown.
+    assert abs(moved.positions[-1] - moved.positions[0]).max() < 3300
+    assert abs(np.diff(moved.positions[2:], axis=0)).max() < 10
 
 
 @pytest.mark.parametrize("size", [200, 2000])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import reduce
 from itertools import product
 
 import numpy as np
@@ -13,12 +12,9 @@ from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
 import vfwidget as vf
-from vfwidget.outline.union import without_overlaps
+from tests.overlap.polygons import WEIGHTS, filled, simple
 from vfwidget.overlap.gaps import Outlines
 from vfwidget.overlap.shape import Shape, letters, polygon
-
-T = np.linspace(0, 1, 60)[:-1]
-WEIGHTS = np.stack([(1 - T) ** 3, 3 * (1 - T) ** 2 * T, 3 * (1 - T) * T**2, T**3], 1)
 
 
 def outer(shape: Shape):
@@ -29,19 +25,6 @@ def outer(shape: Shape):
         for a, b in zip([0, *ends[:-1]], ends, strict=True)
     ]
     return unary_union(parts)
-
-
-def simple(shape: Shape) -> Shape:
-    """The shape without overlaps between its contours."""
-    contours = without_overlaps(shape.segments, shape.sizes)
-    return Shape(np.concatenate(contours), [len(contour) for contour in contours])
-
-
-def filled(shape: Shape):
-    """A shape without overlaps as a fine polygon, holes included."""
-    fine = [np.einsum("tk,skc->stc", WEIGHTS, contour) for contour in shape.contours]
-    rings = [Polygon(points.reshape(-1, 2)) for points in fine]
-    return reduce(Polygon.symmetric_difference, rings)
 
 
 @pytest.mark.parametrize(("font", "pair"), list(product(vf.bundled_fonts(), ["Oa", "Ts", "NT"])))

@@ -14,9 +14,10 @@ from ..energy import StayClose
 from ..energy.descent import descend
 from ..energy.energy import Energy
 from ..errors import MotionError, MotionWarning, warn_caller
-from ..overlap.overlaps import overlaps
+from ..overlap.overlaps import Overlap, overlaps
 from ..overlap.resolve import resolve_overlaps
 from ..overlap.shape import letters
+from ..overlap.way_out import way_out
 from ..solver.problem import Tolerances
 from ..text import Text
 from ..text.place import OFFSETS, Place
@@ -36,7 +37,7 @@ def apart(body: Body, scene: Scene) -> Place:
     Raises
     ------
     MotionError
-        The overlaps cannot be resolved.
+        The letters cannot move freely, and their axes do not resolve the overlaps.
     """
     before = deepest(body.text, scene.given(0.0))
     if before <= DEEP:
@@ -45,8 +46,8 @@ def apart(body: Body, scene: Scene) -> Place:
     if text is None:
         raise MotionError(
             f"At the start the text overlaps itself or an obstacle by {before:.3g} font units, and "
-            "no free state was found nearby. Move the obstacle or the text"
-            + ("." if OFFSETS in body.free else ", or pass positions=True.")
+            "the search found no axes at which it is free. Move the obstacle or the text, or pass "
+            "positions=True."
         )
     warn_caller(
         f"At the start the text overlapped itself or an obstacle by {before:.3g} font units. It "
@@ -57,7 +58,24 @@ def apart(body: Body, scene: Scene) -> Place:
 
 
 def separated(body: Body, text: Text, scene: Scene, time: float) -> Text | None:
-    """The nearest free state to a text that is found, among the obstacles of a time; or None."""
+    """The nearest free state to a text that is found, among the obstacles of a time; or None.
+
+    Letters that move freely always have one, because they can leave everything on a straight way.
+    """
+    goal = body.reduced_at(text.place)
+    found = [_pressed_apart(body, text, scene, time)]
+    if OFFSETS in body.free:
+        found.append(_moved_out(text, scene, time))
+    free = [one for one in found if one is not None]
+    return min(
+        free,
+        key=lambda one: float(np.linalg.norm(body.reduced_at(one.place) - goal)),
+        default=None,
+    )
+
+
+def _pressed_apart(body: Body, text: Text, scene: Scene, time: float) -> Text | None:
+    """A free state to which contacts press the text, by axes and by positions; or None."""
     obstacles = scene.given(time)
     if OFFSETS not in body.free and deepest(text, obstacles) > DEEP:
         text = resolve_overlaps(text, obstacles).text
@@ -76,14 +94,30 @@ def separated(body: Body, text: Text, scene: Scene, time: float) -> Text | None:
     return text if deepest(text, obstacles) <= DEEP else None
 
 
+def _moved_out(text: Text, scene: Scene, time: float) -> Text:
+    """The text, in which each letter that overlaps something has left it on the shortest way."""
+    obstacles = scene.shapes(time)
+    offsets = text.place[OFFSETS].copy()
+    # A letter that has moved overlaps nothing any more.
+    while deep := [o for o in overlaps(text, obstacles) if _depth(o, text) > DEEP]:
+        letter, own = deep[0].pair[0], letters(text)
+        others = [*own[:letter], *own[letter + 1 :], *obstacles]
+        offsets[letter] += way_out(own[letter], others)
+        text = text.moved_to({**text.place, OFFSETS: offsets.copy()})
+    return text
+
+
 def deepest(text: Text, obstacles: Any) -> float:
-    """The depth of the deepest overlap, in font units.
+    """The depth of the deepest overlap, in font units."""
+    return max((_depth(overlap, text) for overlap in overlaps(text, obstacles)), default=0.0)
+
+
+def _depth(overlap: Overlap, text: Text) -> float:
+    """How deep an overlap is, in font units.
 
     The outlines of shapes that lie exactly on each other have no depth. Such an overlap counts as
     deep as its area is wide on average, which is less than the depth of any other overlap.
     """
-    lengths = [np.hypot(*np.diff(shape.segments, axis=1).T).sum() for shape in letters(text)]
-    return max(
-        (max(o.depth, o.area / max(lengths[o.pair[0]], 1.0)) for o in overlaps(text, obstacles)),
-        default=0.0,
-    )
+    segments = letters(text)[overlap.pair[0]].segments
+    length = np.hypot(*np.diff(segments, axis=1).T).sum()
+    return max(overlap.depth, overlap.area / max(length, 1.0))
