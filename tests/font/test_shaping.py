@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
+from itertools import product
+from string import ascii_uppercase
 from types import FrameType
 
 import fonts
 import numpy as np
 import pytest
 import uharfbuzz as hb
+from fontTools.ttLib.tables._n_a_m_e import _WINDOWS_LANGUAGES
 
 import vfwidget as vf
 from vfwidget.errors import GlyphError, TextError
@@ -137,6 +140,14 @@ def test_clusters_and_lines_count_through_the_string() -> None:
         ({"script": 7}, "received 7"),
         ({"language": "English"}, "BCP 47 .* received 'English'"),
         ({"language": "qq"}, "received 'qq'"),
+        ({"language": "xyz"}, "registered codes.* received 'xyz'.* write 'x-'"),
+        ({"language": "en-Latm"}, "received 'en-Latm'"),
+        ({"language": "en-AB"}, "received 'en-AB'"),
+        ({"language": "zh-xyz"}, "received 'zh-xyz'"),
+        ({"language": "de-2025"}, "received 'de-2025'"),
+        ({"language": "en_US"}, "received 'en_US'"),
+        ({"language": ""}, "received ''"),
+        ({"language": "en-x-"}, "received 'en-x-'"),
         ({"language": "en us"}, "received 'en us'"),
         ({"language": 3}, "received 3"),
         ({"direction": "ttb"}, "'ltr' or 'rtl'; received 'ttb'"),
@@ -147,9 +158,24 @@ def test_wrong_options_are_refused(options: dict, message: str) -> None:
         vf.load_font("recursive").shaping_options(**options)
 
 
-@pytest.mark.parametrize("language", ["en", "sr-Latn", "zh-Hant-HK", "x-hbsc", "urd"])
+@pytest.mark.parametrize(
+    "language",
+    "en EN-us sr-Latn zh-Hant-HK zh-yue es-419 de-1996 sl-rozaj ckb hbs urd und i-klingon "
+    "ar-u-nu-arab x-hbsc en-x-hbotABCD qaa qtz-Latn qaa-Qaaa-QM-x-mine".split(),
+)
 def test_language_tags_of_every_form_are_taken(language: str) -> None:
     assert names(vf.load_font("recursive"), "a", language=language) == ["a"]
+
+
+def test_languages_that_fonttools_and_harfbuzz_name_are_taken() -> None:
+    font = vf.load_font("recursive")
+    tags = (a + b + c + " " for a, b, c in product("ADKMSTZ", "AEIMRU", ascii_uppercase))
+    of_harfbuzz = {hb.ot_tag_to_language(tag) for tag in tags}
+    # HarfBuzz writes a tag that it has no language for in this way.
+    known = {language for language in of_harfbuzz if "x-hbot" not in language}
+    known |= set(_WINDOWS_LANGUAGES.values())
+    assert len(known) > 250
+    assert [font.shaping_options(language=name).language for name in known] == list(known)
 
 
 def test_bad_strings_are_refused() -> None:

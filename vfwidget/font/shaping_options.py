@@ -25,19 +25,6 @@ END = 2**32 - 1
 """Where a range ends that has no end, in HarfBuzz."""
 RANGE = re.compile(r"(.+)\[(?:([0-9]*):([0-9]*)|([0-9]+)|)\]", re.DOTALL)
 """A feature with a range of characters, as hb-shape takes it: ``kern[1:5]`` or ``kern[3]``."""
-LANGUAGE = re.compile(r"([A-Za-z]{2,3}|[xX](?=-)|[iI](?=-))(-[A-Za-z0-9]{1,8})*")
-"""The form of a BCP 47 language tag."""
-LANGUAGES = frozenset(
-    "aa ab ae af ak am an ar as av ay az ba be bg bh bi bm bn bo br bs ca ce ch co cr cs cu cv "
-    "cy da de dv dz ee el en eo es et eu fa ff fi fj fo fr fy ga gd gl gn gu gv ha he hi ho hr "
-    "ht hu hy hz ia id ie ig ii ik io is it iu ja jv ka kg ki kj kk kl km kn ko kr ks ku kv kw "
-    "ky la lb lg li ln lo lt lu lv mg mh mi mk ml mn mo mr ms mt my na nb nd ne ng nl nn no nr "
-    "nv ny oc oj om or os pa pi pl ps pt qu rm rn ro ru rw sa sc sd se sg sh si sk sl sm sn so "
-    "sq sr ss st su sv sw ta te tg th ti tk tl tn to tr ts tt tw ty ug uk ur uz ve vi vo wa wo "
-    "xh yi yo za zh zu".split()
-)
-"""Language codes of two letters (ISO 639-1). Those of three letters are not checked."""
-
 
 FeatureValues: TypeAlias = "Mapping[str, bool | int | Iterable[tuple[int, int, bool | int]]]"
 """Features as callers give them: the value by tag or by tag with a range, or ranges with values."""
@@ -147,7 +134,10 @@ def check_options(
         )
     found = [f for key, given in (features or {}).items() for f in _read(key, given, font_features)]
     if language is not None and not _is_language(language):
-        raise TextError(f"language has to be a BCP 47 tag such as 'en'; received {language!r}.")
+        raise TextError(
+            "language has to be a BCP 47 tag of registered codes, such as 'en' or 'sr-Latn'; "
+            f"received {language!r:.100}. For a language without a code write 'x-' and a name."
+        )
     if script is not None and str(script) not in unicodedata.Scripts.NAMES:
         raise TextError(
             f"script has to be an ISO 15924 tag such as 'Latn' or 'Arab'; received {script!r}."
@@ -216,8 +206,11 @@ def _is_whole(value: Any) -> bool:
 
 
 def _is_language(tag: object) -> bool:
-    """Whether a value has the form of a BCP 47 tag, and its code of two letters exists."""
-    if not isinstance(tag, str) or not LANGUAGE.fullmatch(tag):
+    """Whether a value is a BCP 47 tag of registered codes, or of codes for private use."""
+    from langcodes import Language, tag_is_valid
+
+    # The library takes an underscore for a hyphen.
+    if not isinstance(tag, str) or "_" in tag or not tag_is_valid(tag):
         return False
-    primary = tag.lower().split("-")[0]
-    return len(primary) != 2 or primary in LANGUAGES
+    # The library does not look up a second language, such as yue in zh-yue.
+    return all(map(tag_is_valid, Language.get(tag, normalize=False).extlangs or ()))

@@ -57,7 +57,7 @@ class Text(Exports):
         (``{"liga": [(1, 3, False)]}``). Where ranges overlap, the later one counts; give the value
         for the whole text first.
     language : str, optional
-        BCP 47 tag such as ``"sr"``.
+        BCP 47 tag such as ``"sr"``, of registered codes or for private use (``"x-mine"``).
     script : str, optional
         ISO 15924 tag such as ``"Arab"``. Default: that of the characters.
     direction : {"ltr", "rtl"}, optional
