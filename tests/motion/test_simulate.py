@@ -133,6 +133,26 @@ def test_a_thin_floor_is_not_passed(thickness: float) -> None:
     assert min(float(c[..., 1].min()) for c in fall[-1].segments()) > -301
 
 
+@pytest.mark.parametrize("speed", [3300, 10_000, 200_000])
+@pytest.mark.parametrize(("string", "across"), [("H", 0.0), ("oN", 0.3)])
+def test_a_floor_of_one_unit_stops_letters_of_any_speed(string, across, speed) -> None:
+    floor = [(-1e5, -301), (1e5, -301), (1e5, -300), (-1e5, -300)]
+    text = vf.Text("dynapuff", string, shared=False)
+    fall = simulated(
+        text,
+        8,
+        obstacles=[floor],
+        positions=True,
+        impulses=[(0, (across * speed, -speed))],
+        restitution=0.5,
+    )
+    assert fall.penetration.max() < 0.5
+    assert min(float(c[..., 1].min()) for frame in fall for c in frame.segments()) > -301
+    # The letter has come back by half of the way that it would have gone on.
+    time = fall.times[-1] - 300 / speed
+    assert fall.positions[-1, 0, 1] == pytest.approx(-300 + 0.5 * speed * time, rel=0.2, abs=200)
+
+
 def test_obstacles_appear_and_vanish() -> None:
     ledge = [(-500, 300), (1500, 300), (1500, 400), (-500, 400)]
     text = high("O", y=500)

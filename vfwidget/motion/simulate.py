@@ -110,8 +110,8 @@ def simulate(
         4 % of an em as the arm of its torque.
     substeps : "auto" or int
         Steps of the computation for each frame. "auto" adapts them, so that no letter or obstacle
-        passes through a stroke unseen. It takes up to 64 steps, which is enough for strokes that
-        are thicker than 2.5 times the motion in 1/64 of a frame.
+        passes through a stroke unseen. It takes up to 64 steps, and shorter ones on the way to a
+        contact.
     progress : bool
         Whether to show a progress bar. Default True.
 

@@ -45,7 +45,10 @@ CLOSE = 0.05
 PART = 0.4
 """Part of the thinnest stroke that a step may move an outline beyond a gap."""
 MOST_CUTS = 64
-"""A step is cut into at most so many."""
+"""A step is cut into at most so many, where outlines only pass along each other."""
+FINEST = 2**16
+"""A step is cut into at most so many, where outlines approach each other. These cuts are few: the
+step before leads almost to the contact."""
 GROWTH = 1.2
 """A step is at most so many times as long as the one before could have been."""
 FAST = 3.0
@@ -147,7 +150,7 @@ class _Step(FreeStep):
         part = self._part(near)
         self.longest = part * self.h
         if part < 1 and self.laws.substeps is None:
-            self.set_duration(max(0.9 * part * self.h, self.laws.frame / MOST_CUTS))
+            self.set_duration(0.9 * part * self.h)
         before = self._before()
         inside = self._resting(before)
         resting = bool(len(inside.gap))
@@ -231,9 +234,15 @@ class _Step(FreeStep):
 
     def _part(self, near: Gaps) -> float:
         """The part of the step after which outlines have moved as far as they may."""
-        way = self.ways[near.shape[:, 0], near.shape[:, 1]]
         room = np.maximum(near.gap, 0.0) + PART * self.scene.stroke[near.shape].min(1)
-        return float((room / np.maximum(way, 1e-12)).min(initial=np.inf))
+
+        def part(way: Array) -> float:
+            return float((room / np.maximum(way, 1e-12)).min(initial=np.inf))
+
+        frame = self.laws.frame / self.h
+        closing = -(self.relative(near, self.moved) * near.normal).sum(1)
+        least = min(frame / MOST_CUTS, max(part(closing), frame / FINEST))
+        return max(part(self.ways[near.shape[:, 0], near.shape[:, 1]]), least)
 
     def _in_contact(self, before: Touches, resting: bool) -> tuple[State, float]:
         """The state after a step with contact, without bounce, and its deepest contact."""
