@@ -74,6 +74,10 @@ class FontWarning(UserWarning):
     """A part of the font file is invalid or is left aside; the message says which."""
 
 
+class OverlapWarning(UserWarning):
+    """A part of an SVG that has no outline, such as a mask, was ignored."""
+
+
 class MotionWarning(UserWarning):
     """A simulation that was interrupted, or whose letters overlapped at the start."""
 

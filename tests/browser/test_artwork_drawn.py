@@ -50,6 +50,32 @@ CASES = {
     '<circle cx="20" cy="30" r="12"/></g><g transform="translate(190 99) skewX(30) scale(-1 1)">'
     '<path d="M0 0L60 20L9 80"/></g><path transform="scale(9 1)" d="M2 190H20" '
     'vector-effect="non-scaling-stroke"/></g>',
+    "boxes": '<clipPath id="b" clipPathUnits="objectBoundingBox"><rect x=".1" y=".2" width=".6" '
+    'height=".5"/><circle cx=".8" cy=".8" r=".2"/></clipPath><clipPath id="t" clipPathUnits='
+    '"objectBoundingBox" transform="rotate(20)"><rect width=".7" height=".7"/></clipPath>'
+    '<path d="M20 20C20 90 90 -40 90 60V80H10Z" stroke="#000" stroke-width="9" '
+    'clip-path="url(#b)"/>'
+    '<g transform="translate(120 20) skewX(10)" clip-path="url(#t)"><rect width="40" height="50"/>'
+    '<circle cx="50" cy="60" r="20" transform="rotate(10)"/></g>'
+    '<g clip-path="url(#b)"><use href="#u" x="9" clip-path="url(#b)"/><rect x="30" y="170" '
+    'width="90" height="20"/></g><rect id="u" x="20" y="110" width="150" height="70"/>',
+    "markers": '<marker id="a" viewBox="0 0 10 10" refX="2" refY="5" markerWidth="4" '
+    'markerHeight="5" orient="auto" overflow="visible"><path d="M0 0L10 5L0 10Z"/></marker>'
+    '<marker id="r" markerWidth="30" markerHeight="20" refX="9" refY="9" orient='
+    '"auto-start-reverse" markerUnits="userSpaceOnUse"><path d="M0 0L20 9L0 18Z"/></marker>'
+    '<marker id="o" overflow="visible" orient="45"><rect x="-2" y="-2" width="4" height="3"/>'
+    '</marker><g fill="none" stroke="#000" stroke-width="6"><path d="M20 20L80 20L80 60'
+    'C90 90 50 90 20 70" marker-start="url(#r)" marker-mid="url(#a)" marker-end="url(#a)"/>'
+    '<path d="M120 20H170V70Z" style="marker:url(#a)"/><polyline points="20,120 60,150 100,120" '
+    'marker-end="url(#r)" marker-start="url(#r)" marker-mid="url(#o)"/>'
+    "</g>",
+    "markers of groups": '<marker id="a" viewBox="0 0 10 10" refX="2" refY="5" markerWidth="4" '
+    'markerHeight="5" orient="auto"><path d="M0 0L10 5L0 10Z"/></marker>'
+    '<marker id="o" overflow="visible" orient="45"><rect x="-2" y="-2" width="4" height="3"/>'
+    '</marker><g fill="none" stroke="#000" stroke-width="6">'
+    '<path d="M130 110A30 30 0 0 1 180 150H140" marker-mid="url(#o)" marker-end="url(#a)"/>'
+    '<path d="M20 180h0" stroke-width="4" marker-start="url(#o)"/>'
+    '<g marker-end="url(#a)" transform="scale(1 .6)"><path d="M60 300q40 -40 60 0"/></g></g>',
     "arcs": '<path d="M20 20A0 30 0 0 1 90 20V60Z"/><path d="M10 100a50 30 30 01110 20z"/>'
     '<path d="M60 190A-60 40 -20 1 0 100 150Z"/>',
 }

@@ -366,3 +366,14 @@ def test_a_text_with_spaces_can_be_exported(string: str) -> None:
     assert len(json.loads(moving.to_json())["letters"]) == len(string)
     json.loads(moving.to_lottie())
     assert moving.to_gif(progress=False).startswith(b"GIF89a")
+
+
+@pytest.mark.parametrize("duration", [3e-6, 2e-9])
+def test_a_very_short_animation_keeps_its_duration(duration) -> None:
+    text = vf.Text("recursive", "A")
+    short = vf.Animation.from_keyframes(
+        [(0, text), (duration, text.at(axes={"wght": 900}))], fps=4 / duration
+    )
+    assert json.loads(short.to_json())["times"][-1] == pytest.approx(duration, rel=1e-2)
+    assert f'dur="{duration:.9f}'.rstrip("0") + 's"' in short.to_svg()
+    assert f"animation: {duration:.9f}".rstrip("0") + "s linear" in short.to_css()

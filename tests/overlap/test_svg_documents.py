@@ -14,6 +14,12 @@ NAMESPACES = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/
 ONE = '<rect id="one" width="1" height="1"/>'
 """A square that every document draws, so that it is not empty."""
 
+MARKER = '<marker id="a" orient="auto"><rect x="-50" y="-50" width="99" height="99"/></marker>'
+HALF = (
+    '<clipPath id="h" clipPathUnits="objectBoundingBox"><rect width=".25" height="2" y="-1"/>'
+    "</clipPath>"
+)
+
 
 def artwork(body, attributes=""):
     return vf.Artwork(f"<svg {NAMESPACES} {attributes}>{body}</svg>")
@@ -275,3 +281,56 @@ def test_long_styles_take_no_time(body):
     start = time.perf_counter()
     assert area(body) == pytest.approx(1)
     assert time.perf_counter() - start < 10
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        (
+            '<mask id="m"/><rect id="box" width="4" height="3" mask="url(#m)"/>',
+            "mask of <rect id='box'>",
+        ),
+        (
+            '<filter id="f"/><g style="filter:url(#f)"><rect width="4" height="3"/></g>',
+            "filter of a <g>",
+        ),
+        ('<rect width="4" height="3" filter="blur(2px)"/>', "the filter of a <rect>"),
+    ],
+)
+def test_masks_and_filters_are_ignored_and_said_so(body, said):
+    with pytest.warns(vf.OverlapWarning, match=said) as caught:
+        assert area(body) == pytest.approx(12)
+    assert len(caught) == 1
+
+
+@pytest.mark.parametrize(
+    ("body", "want"),
+    [
+        # Markers scale with the stroke, and are clipped to their own viewport.
+        (MARKER + '<path d="M0 0H50" stroke-width="2" marker-end="url(#a)"/>', 4 * 9),
+        (MARKER + '<path d="M0 0H50H99" marker-mid="url(#a)"/>', 9),
+        (MARKER + '<g style="marker:url(#a)"><path d="M0 0H50H99"/></g>', 3 * 9),
+        (MARKER + '<rect width="9" height="9" marker-end="url(#a)"/>', 81),
+        # A reference to nothing draws nothing.
+        (MARKER + '<path d="M0 0H50" marker-end="url(#none)"/><rect width="1" height="1"/>', 1),
+        # The box of a group is that of its shapes, without strokes and markers.
+        (
+            HALF + MARKER + '<g clip-path="url(#h)"><path d="M0 0H40V20H0Z" stroke="#000" '
+            'stroke-width="2" marker-end="url(#a)"/></g>',
+            10 * 21 + (18**0.5 - 1) ** 2,
+        ),
+        (
+            HALF
+            + '<path d="M0 0H9" stroke="#000" clip-path="url(#h)"/><rect width="1" height="1"/>',
+            1,
+        ),
+    ],
+)
+def test_markers_and_clips_in_units_of_the_box(body, want):
+    assert area(body) == pytest.approx(want, abs=1.5)
+
+
+def test_a_marker_that_draws_itself_is_refused():
+    body = '<marker id="a"><path d="M0 0H1" marker-end="url(#a)"/></marker>'
+    with pytest.raises(vf.OverlapError, match="uses itself"):
+        artwork(body + '<path d="M0 0H9" stroke="#000" marker-end="url(#a)"/>')

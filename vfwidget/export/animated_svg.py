@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..outline.paint import Palette
-from .css import number
+from .css import number, seconds
 from .paint import filled
 from .svg import drawn, path_data, plain
 from .track import Track, keyframes, shapes_at
@@ -128,7 +128,7 @@ class _Clock:
 
     def __init__(self, times: Array, loop: bool) -> None:
         self.times, self.duration = times, float(times[-1]) or 1.0
-        self.run = f'dur="{number(self.duration)}s" ' + (
+        self.run = f'dur="{seconds(self.duration)}" ' + (
             'repeatCount="indefinite"' if loop else 'fill="freeze"'
         )
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+
+SHORTEST = 15
+"""Most decimals of a duration in seconds."""
 
 
 def declarations(
@@ -42,10 +46,16 @@ def settings(axes: Mapping[str, float]) -> str:
     return ", ".join(f"{quoted(tag)} {number(value)}" for tag, value in axes.items())
 
 
-def number(value: float) -> str:
-    """A number with five decimals at most, never in exponential notation."""
-    text = f"{value:.5f}".rstrip("0").rstrip(".")
+def number(value: float, decimals: int = 5) -> str:
+    """A number with so many decimals at most, never in exponential notation."""
+    text = f"{value:.{decimals}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
+
+
+def seconds(duration: float) -> str:
+    """A duration in CSS and SVG, with six digits also if it is very short."""
+    digits = 5 - math.floor(math.log10(duration)) if duration > 0 else 5
+    return f"{number(duration, min(max(digits, 5), SHORTEST))}s"
 
 
 def identifier(text: str) -> str:

@@ -14,7 +14,7 @@ from html import escape
 import numpy as np
 
 from ..arrays import Array
-from .css import identifier, number, quoted
+from .css import identifier, number, quoted, seconds
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def style_sheet(
         "white-space: pre; line-height: 0; direction: ltr; text-align: left; }",
         f'{scope}::before {{ content: ""; display: inline-block; height: {number(top)}em; }}',
         f"{scope} > span {{ display: inline-block; width: 0; transform-origin: 0 100%; "
-        f"font-variation-settings: {settings}; animation: {number(duration)}s linear "
+        f"font-variation-settings: {settings}; animation: {seconds(duration)} linear "
         f"{'infinite' if loop else '1 both'}; }}",
         f'{scope} > span::before {{ content: ""; display: inline-block; }}',
     ]

@@ -278,7 +278,7 @@ class Exports(ImageExports):
             "text": text.string,
             "family": text.font.family_name,
             "units_per_em": text.font.units_per_em,
-            "times": _rounded(self.times),
+            "times": _rounded(self.times, 12),
             "letters": letters,
         }
         return written(json.dumps(document, separators=(",", ":")), path)
@@ -325,6 +325,6 @@ body { display: grid; place-items: center; min-height: 90vh; margin: 0; overflow
 """
 
 
-def _rounded(values: Array) -> list[float]:
-    rounded: list[float] = np.round(values, 5).tolist()
+def _rounded(values: Array, decimals: int = 5) -> list[float]:
+    rounded: list[float] = np.round(values, decimals).tolist()
     return rounded

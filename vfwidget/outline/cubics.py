@@ -27,6 +27,11 @@ def bernstein(t: float | Array) -> Array:
     return np.array([u * u * u, 3 * u * u * t, 3 * u * t * t, t * t * t])
 
 
+def chord(start: Array, end: Array) -> Array:
+    """Straight lines (..., 4, 2) between points (..., 2) as cubics."""
+    return np.stack([start, (2 * start + end) / 3, (start + 2 * end) / 3, end], -2)
+
+
 def nearest(segments: Array, point: Array) -> tuple[int, float]:
     """The segment and parameter whose point lies nearest.
 

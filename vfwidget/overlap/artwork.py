@@ -18,8 +18,9 @@ from ..outline.arrangement import in_both, nonzero
 from ..outline.cubics import AREA
 from ..outline.union import odd, without_overlaps
 from .shape import LARGEST
+from .svg_parts import Drawn
 from .svg_shapes import Outline, Painted, areas, check_curves, filled, outlines
-from .svg_tree import Drawn, drawn_shapes
+from .svg_tree import drawn_shapes
 
 THINNEST = 1e-9
 """A contour is a line if its area is below this, by the square of its length."""
@@ -29,8 +30,9 @@ class Artwork:
     """Shapes around which letters make room.
 
     Fills, strokes (as areas of their width, with their joins, caps and dashes), transforms, groups,
-    symbols, ``use``, clip paths, and style sheets within the file are read. Text, images, markers,
-    masks, filters and scripts are ignored, and nothing is fetched.
+    symbols, ``use``, clip paths, markers, and style sheets within the file are read. Text, images
+    and scripts are ignored, and nothing is fetched. Masks and filters have no outline, so they are
+    ignored as well: a shape with a mask counts as a whole.
 
     Parameters
     ----------
@@ -51,6 +53,11 @@ class Artwork:
     ------
     OverlapError
         The SVG cannot be parsed or draws nothing, is too large or too dense, or declares entities.
+
+    Warns
+    -----
+    OverlapWarning
+        An element has a mask or a filter. The message names it.
 
     Examples
     --------

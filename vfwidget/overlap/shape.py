@@ -14,6 +14,7 @@ from ..errors import OverlapError
 from ..outline.area import areas
 from ..outline.arrangement import Spans, boundary
 from ..outline.contours import Contours
+from ..outline.cubics import chord
 from ..outline.monotone import coefficients
 from ..text import Text
 
@@ -204,6 +205,4 @@ def _numbers(value: Any, name: str) -> Array:
 
 def polygon(corners: Array) -> Array:
     """The sides of a polygon with corners (m, 2) as cubic segments (m, 4, 2)."""
-    following = np.roll(corners, -1, 0)
-    third = (following - corners) / 3
-    return np.stack([corners, corners + third, corners + 2 * third, following], 1)
+    return chord(corners, np.roll(corners, -1, 0))

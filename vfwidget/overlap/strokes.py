@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..outline.cubics import bernstein
+from ..outline.cubics import bernstein, chord
 from ..outline.union import without_overlaps
 from .shape import polygon
 
@@ -117,11 +117,6 @@ def count_dashes(segments: Array, pen: Pen) -> int:
         return 0
     length = np.hypot(*np.diff(segments, axis=1).reshape(-1, 2).T).sum()
     return int(min(length / sum(pen.dashes) * len(pen.dashes) / 2, 1e9))
-
-
-def chord(start: Array, end: Array) -> Array:
-    """A straight line as a cubic (4, 2)."""
-    return np.stack([start, (2 * start + end) / 3, (start + 2 * end) / 3, end])
 
 
 def _direction(cubic: Array, end: int) -> Array:

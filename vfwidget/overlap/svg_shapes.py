@@ -11,8 +11,9 @@ import numpy as np
 from ..arrays import Array
 from ..errors import OverlapError
 from ..limits import limits
-from .strokes import LEAST_CURVES, Pen, chord, count_dashes, stroked
-from .svg_tree import Drawn, number
+from ..outline.cubics import chord, x_extent
+from .strokes import LEAST_CURVES, Pen, count_dashes, stroked
+from .svg_parts import Drawn, number
 
 GEOMETRY = frozenset("d points x y x1 y1 x2 y2 cx cy r rx ry width height".split())
 """The attributes that give a shape its form."""
@@ -62,7 +63,7 @@ def outlines(shapes: Sequence[Drawn]) -> list[Outline]:
         if key not in known:
             check_curves(_stated_curves(form))
             try:
-                known[key] = _subpaths(_element(shape.tag, form))
+                known[key] = _subpaths(path_of(shape.tag, form))
             except Exception as error:
                 raise OverlapError(f"A {shape.tag} of the SVG cannot be read: {error}.") from None
         found.append(Outline(known[key], shape.matrix[:2], shape.matrix[2]))
@@ -119,7 +120,7 @@ def _least_curves(shape: Drawn, path: Outline) -> int:
     return LEAST_CURVES * sum(sides)
 
 
-def _element(tag: str, form: dict[str, str]) -> Any:
+def path_of(tag: str, form: dict[str, str]) -> Any:
     """The shape as an object that knows its segments."""
     import svgelements
 
@@ -143,9 +144,9 @@ def _element(tag: str, form: dict[str, str]) -> Any:
 
 def _subpaths(element: Any) -> list[tuple[Array, bool]]:
     """The cubic segments (s, 4, 2) of each subpath, and whether it is closed."""
-    from svgelements import Arc, Close, CubicBezier, Line, Move, QuadraticBezier
+    from svgelements import Close, Move
 
-    found: list[tuple[list[Any], bool]] = []
+    found: list[tuple[list[Array], bool]] = []
     for part in element.segments(transformed=False):
         if isinstance(part, Move):
             found.append(([], False))
@@ -155,24 +156,51 @@ def _subpaths(element: Any) -> list[tuple[Array, bool]]:
         if found[-1][1]:
             # After the end of a closed subpath, the next one begins at the same point.
             found.append(([], False))
-        pieces = part.as_cubic_curves() if isinstance(part, Arc) else [part]
-        for piece in pieces:
-            start, end = complex(piece.start), complex(piece.end)
-            if isinstance(piece, CubicBezier):
-                inner = [complex(piece.control1), complex(piece.control2)]
-            elif isinstance(piece, QuadraticBezier):
-                control = complex(piece.control)
-                inner = [(start + 2 * control) / 3, (end + 2 * control) / 3]
-            elif isinstance(piece, Line | Close):
-                inner = [(2 * start + end) / 3, (start + 2 * end) / 3]
-            found[-1][0].append([start, *inner, end])
+        found[-1][0].extend(cubics(part))
         if isinstance(part, Close):
             found[-1] = (found[-1][0], True)
-    return [
-        (np.stack([np.real(segments), np.imag(segments)], -1), closed)
-        for segments, closed in found
-        if segments
-    ]
+    return [(np.array(segments), closed) for segments, closed in found if segments]
+
+
+def cubics(part: Any) -> list[Array]:
+    """A segment of a path as cubics (4, 2)."""
+    from svgelements import Arc, CubicBezier, QuadraticBezier
+
+    if isinstance(part, Arc):
+        return [cubic for piece in part.as_cubic_curves() for cubic in cubics(piece)]
+    start, end = np.array(part.start, dtype=float), np.array(part.end, dtype=float)
+    if isinstance(part, CubicBezier):
+        return [np.array([start, part.control1, part.control2, end], dtype=float)]
+    if isinstance(part, QuadraticBezier):
+        control = np.array(part.control, dtype=float)
+        return [np.stack([start, (start + 2 * control) / 3, (end + 2 * control) / 3, end])]
+    return [chord(start, end)]
+
+
+def box_of(shapes: Sequence[Drawn], matrix: Array) -> Array | None:
+    """The bounding box (2, 2) of shapes, without their strokes, as seen in a coordinate system.
+
+    As in browsers, it is the box around the boxes of the shapes in their own coordinates.
+
+    Parameters
+    ----------
+    shapes : sequence of Drawn
+    matrix : (3, 2) array
+        From the coordinates of the box to those of the document.
+    """
+    import torch
+
+    shapes = [shape for shape in shapes if not shape.of_marker]
+    corners = []
+    for path in outlines(shapes):
+        if path.subpaths:
+            segments = torch.from_numpy(np.concatenate([part for part, _ in path.subpaths]))
+            x, y = (torch.stack(x_extent([segments[..., axes]])) for axes in ([0, 1], [1, 0]))
+            corners.append(path.placed(np.array([[(a, b) for a in x] for b in y]).reshape(-1, 2)))
+    if not corners or abs(np.linalg.det(matrix[:2])) == 0:
+        return None
+    own = (np.concatenate(corners) - matrix[2]) @ np.linalg.inv(matrix[:2])
+    return np.stack([own.min(0), own.max(0)])
 
 
 def _closed(segments: Array) -> Array:

@@ -49,6 +49,13 @@ class Styles:
             self._known[element] = self._read(element)
         return self._known[element]
 
+    def path(self, element: ElementTree.Element) -> list[ElementTree.Element]:
+        """An element and those around it, from the outside in."""
+        found = [element]
+        while (above := self._parents.get(found[-1])) is not None:
+            found.append(above)
+        return found[::-1]
+
     def _read(self, element: ElementTree.Element) -> dict[str, str]:
         own = dict(element.attrib)
         matching = [rule for rule in self._rules if self._matches(rule.parts, element)]
@@ -57,6 +64,8 @@ class Styles:
         important = [pair for pair in declared if pair[1].endswith("!important")]
         for name, value in [*declared, *important]:
             own[name] = value.removesuffix("!important").strip()
+        if "marker" in own:
+            own = {f"marker-{kind}": own["marker"] for kind in ("start", "mid", "end")} | own
         return {
             name: value
             for name, value in own.items()

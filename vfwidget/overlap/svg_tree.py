@@ -1,31 +1,39 @@
-"""The shapes that an SVG document draws, with their styles, transforms and clips.
+"""The shapes that an SVG document draws, with their styles, transforms, clips and markers.
 
 References are followed within the document only. What is never drawn by itself (definitions,
-symbols, masks, markers, metadata, elements of other languages) is left out.
+symbols, masks, metadata, elements of other languages) is left out.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
 
 from ..arrays import Array
-from ..errors import OverlapError
+from ..errors import OverlapError, OverlapWarning, warn_caller
 from ..limits import limits
+from .svg_markers import Vertex, vertices
+from .svg_parts import Drawn, number
+from .svg_shapes import GEOMETRY, box_of, path_of
 from .svg_style import LONG, Styles, tag_of
 
 SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 GROUPS = frozenset({"g", "a", "svg", "switch", "use"})
 INHERITED = frozenset(
     "fill fill-opacity fill-rule clip-rule stroke stroke-opacity stroke-width stroke-linecap "
-    "stroke-linejoin stroke-miterlimit stroke-dasharray stroke-dashoffset visibility color".split()
+    "stroke-linejoin stroke-miterlimit stroke-dasharray stroke-dashoffset visibility color "
+    "marker-start marker-mid marker-end".split()
 )
 """Properties that an element has from the one around it unless it states its own."""
+MARKED = frozenset({"path", "line", "polyline", "polygon"})
+"""Shapes that may have markers at their vertices."""
+IGNORED = ("mask", "filter")
+"""Properties that change what is painted, but have no outline."""
 DEPTH = 100
 """Most elements around an element, with those through which it is used."""
 WIDE, HIGH = (
@@ -39,29 +47,6 @@ DEFAULT_SIZE = (1000.0, 1000.0)
 FONT_SIZE = 16.0
 """The unit em."""
 REFERENCE = re.compile(r"""url\(\s*['"]?#([^'")]+)""")
-
-
-class Drawn(NamedTuple):
-    """A shape of the document.
-
-    Attributes
-    ----------
-    tag : str
-    attributes : dict
-        The shape's own attributes; lengths are numbers in units of its coordinate system.
-    style : dict
-        Properties by name, with the inherited ones.
-    matrix : (3, 2) array
-        From (x, y, 1) in its coordinates to those of the document.
-    clips : tuple of lists of Drawn
-        Only what lies in each of these areas is visible.
-    """
-
-    tag: str
-    attributes: dict[str, str]
-    style: dict[str, str]
-    matrix: Array
-    clips: tuple[list[Drawn], ...]
 
 
 class _Around(NamedTuple):
@@ -93,7 +78,15 @@ def drawn_shapes(source: str) -> list[Drawn]:
         raise OverlapError(f"The SVG cannot be parsed: {error}.") from None
     box = _view_box(root.attrib)
     size = (box[2], box[3]) if box else DEFAULT_SIZE
-    return list(_Document(root).walk(root, _Around({}, np.eye(3, 2), size, (), ())))
+    document = _Document(root)
+    shapes = list(document.walk(root, _Around({}, np.eye(3, 2), size, (), ())))
+    if document.ignored:
+        warn_caller(
+            f"Masks and filters have no outline and are ignored: {', '.join(document.ignored)}. "
+            "The shapes count as a whole.",
+            OverlapWarning,
+        )
+    return shapes
 
 
 class _Document:
@@ -102,6 +95,8 @@ class _Document:
         # Of several elements with one id, the first counts.
         self.named = {element.get("id"): element for element in reversed(list(root.iter()))}
         self.styles = Styles(root)
+        self.ignored: dict[str, None] = {}
+        """What is said about masks and filters of elements, in their order."""
 
     def walk(self, element: ElementTree.Element, around: _Around) -> Iterator[Drawn]:
         """The shapes of an element, and of the elements in it."""
@@ -116,7 +111,18 @@ class _Document:
             matrix=_placed(around.matrix, own.get("transform")),
             elements=(*around.elements, id(element)),
         )
-        around = self._clipped(own, around)
+        shapes = self._content(element, tag, own, around)
+        yield from self._clipped(own, around, shapes)
+        self.ignored |= dict.fromkeys(
+            f"the {name} of {_named(element)}"
+            for name in IGNORED
+            if REFERENCE.match(own.get(name, "")) or (name == "filter" and "(" in own.get(name, ""))
+        )
+
+    def _content(
+        self, element: ElementTree.Element, tag: str, own: dict[str, str], around: _Around
+    ) -> Iterator[Drawn]:
+        """The shapes of an element, without its clip path."""
         if tag == "ellipse":
             # One radius stands for both.
             own = {"rx": own.get("ry", "0"), "ry": own.get("rx", "0"), **own}
@@ -124,6 +130,8 @@ class _Document:
             if around.style.get("visibility", "visible") == "visible" and _has_size(tag, own):
                 style = around.style | {"vector-effect": own.get("vector-effect", "none")}
                 yield Drawn(tag, own, style, around.matrix, around.clips)
+                if tag in MARKED:
+                    yield from self._markers(tag, own, around)
             return
         if tag == "use":
             yield from self._used(own, around)
@@ -138,6 +146,74 @@ class _Document:
             children = list(filter(_is_chosen, children))[:1]
         for child in children:
             yield from self.walk(child, around)
+
+    def _markers(self, tag: str, own: dict[str, str], around: _Around) -> Iterator[Drawn]:
+        """The shapes of the markers at the vertices of a shape."""
+        markers = {
+            kind: marker
+            for kind in ("start", "mid", "end")
+            if (marker := self._referred(around.style.get(f"marker-{kind}"), "marker")) is not None
+        }
+        if not markers:
+            return
+        form = {name: own[name] for name in GEOMETRY & own.keys()}
+        for vertex in vertices(path_of(tag, form)):
+            if vertex.kind in markers:
+                yield from self._marker(markers[vertex.kind], vertex, around)
+
+    def _marker(
+        self, marker: ElementTree.Element, vertex: Vertex, around: _Around
+    ) -> Iterator[Drawn]:
+        """The shapes of a marker at a vertex."""
+        self._count(marker, around)
+        stated = self._stated(marker, around.size)
+        width, height = (number(stated.get(f"marker{side}"), 3.0) for side in ("Width", "Height"))
+        by_stroke = stated.get("markerUnits", "strokeWidth") != "userSpaceOnUse"
+        scale = number(around.style.get("stroke-width"), 1.0) if by_stroke else 1.0
+        if min(width, height, scale) <= 0:
+            return
+        orient = stated.get("orient", "0").strip()
+        turn = (
+            vertex.angle if orient.startswith("auto") else number(orient.removesuffix("deg"), 0.0)
+        )
+        if orient == "auto-start-reverse" and vertex.kind == "start":
+            turn += 180.0
+        x, y = vertex.place.tolist()
+        placed = f"translate({x!r}, {y!r}) rotate({turn!r}) scale({scale!r})"
+        matrix = _placed(around.matrix, placed)
+        size = {"width": repr(width), "height": repr(height)}
+        own = {name: value for name, value in stated.items() if name not in ("x", "y")} | size
+        own.setdefault("overflow", "hidden")
+        # The reference point is in coordinates of the view box, and lies at the vertex.
+        plain = _viewport(own, around._replace(matrix=np.eye(3, 2), clips=()))
+        if plain is None:
+            return
+        reference = [number(stated.get(name), 0.0) for name in ("refX", "refY")]
+        left, top = np.array([*reference, 1.0]) @ plain.matrix
+        inside = around._replace(
+            style=self._inherited(marker),
+            matrix=_placed(matrix, f"translate({-float(left)!r}, {-float(top)!r})"),
+            elements=(*around.elements, id(marker)),
+        )
+        inner = _viewport(own, inside)
+        if inner is not None:
+            for child in marker:
+                for shape in self.walk(child, inner):
+                    yield shape._replace(of_marker=True)
+
+    def _inherited(self, element: ElementTree.Element) -> dict[str, str]:
+        """The inherited properties in an element that is drawn where others refer to it."""
+        style = dict[str, str]()
+        for one in self.styles.path(element):
+            own = self.styles.stated(one)
+            style |= {name: own[name] for name in INHERITED & own.keys()}
+        return style
+
+    def _referred(self, value: str | None, tag: str) -> ElementTree.Element | None:
+        """The element of the document with this tag to which a property refers."""
+        found = REFERENCE.match(value or "")
+        element = self.named.get(found[1]) if found else None
+        return element if element is not None and tag_of(element) == tag else None
 
     def _used(self, own: dict[str, str], around: _Around) -> Iterator[Drawn]:
         """The shapes of the element that a ``use`` refers to."""
@@ -162,25 +238,32 @@ class _Document:
             for child in used:
                 yield from self.walk(child, inner)
 
-    def _clipped(self, own: dict[str, str], around: _Around) -> _Around:
-        """What is around an element, with its clip path if it has one."""
-        found = REFERENCE.match(own.get("clip-path", ""))
-        clip = self.named.get(found[1]) if found else None
-        if clip is None or tag_of(clip) != "clipPath":
-            return around
-        if clip.get("clipPathUnits") == "objectBoundingBox":
-            return around
+    def _clipped(
+        self, own: dict[str, str], around: _Around, shapes: Iterable[Drawn]
+    ) -> Iterable[Drawn]:
+        """The shapes of an element within its clip path, if it has one."""
+        clip = self._referred(own.get("clip-path"), "clipPath")
+        if clip is None:
+            return shapes
+        shapes = list(shapes)
         self._count(clip, around)
         stated = self._stated(clip, around.size)
+        matrix = _placed(around.matrix, stated.get("transform"))
+        if stated.get("clipPathUnits") == "objectBoundingBox":
+            box = box_of(shapes, around.matrix)
+            if box is None:
+                return []
+            inner = np.column_stack([np.stack([*np.diag(box[1] - box[0]), box[0]]), [0, 0, 1]])
+            matrix = inner @ matrix
         inside = around._replace(
             style={name: stated[name] for name in INHERITED & stated.keys()},
-            matrix=_placed(around.matrix, stated.get("transform")),
+            matrix=matrix,
             clips=(),
             elements=(*around.elements, id(clip)),
         )
-        inside = self._clipped(stated, inside)
-        shapes = [shape for child in clip for shape in self.walk(child, inside)]
-        return around._replace(clips=(*around.clips, shapes))
+        area = [shape for child in clip for shape in self.walk(child, inside)]
+        area = list(self._clipped(stated, inside, [s for s in area if not s.of_marker]))
+        return [shape._replace(clips=(*shape.clips, area)) for shape in shapes]
 
     def _count(self, element: ElementTree.Element, around: _Around) -> None:
         """Refuse what could grow without limit when it is expanded."""
@@ -201,6 +284,12 @@ class _Document:
         lengths = {name: _length(name, own[name], size) for name in LENGTHS & own.keys()}
         own = {name: value for name, value in own.items() if name not in lengths}
         return own | {name: repr(value) for name, value in lengths.items() if value is not None}
+
+
+def _named(element: ElementTree.Element) -> str:
+    """An element in words."""
+    name = element.get("id")
+    return f"<{tag_of(element)} id={name!r:.80}>" if name else f"a <{tag_of(element)}>"
 
 
 def _is_chosen(element: ElementTree.Element) -> bool:
@@ -275,16 +364,6 @@ def _has_size(tag: str, own: dict[str, str]) -> bool:
     """Whether a shape has no side or radius that must be above 0 and is not."""
     needed = {"rect": ("width", "height"), "circle": ("r",), "ellipse": ("rx", "ry")}.get(tag, ())
     return all(number(own.get(name), 0.0) > 0 for name in needed)
-
-
-def number(value: str | None, default: float) -> float:
-    """A finite number, or a percentage as a part of 1; otherwise the default."""
-    try:
-        text = (value or "").strip()
-        number = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
-    except ValueError:
-        return default
-    return number if math.isfinite(number) else default
 
 
 def _length(name: str, value: str, size: tuple[float, float]) -> float | None:
