@@ -258,3 +258,36 @@ def test_one_term_needs_no_list():
     pin = vf.Pin(text.handle(0, 0, 0, 0))
     one, listed = (vf.resolve_overlaps(text, terms=terms) for terms in (pin, [pin]))
     assert (one.theta == listed.theta).all()
+
+
+def test_a_free_result_says_which_goals_it_misses():
+    text = vf.Text("roboto-flex", "NT").at(offsets=[(0, 0), (-260, 0)])
+    solution = vf.resolve_overlaps(text, terms=[vf.Pin(text.nearest(700, 700))])
+    miss = solution.terms[-1].miss
+    assert solution.free and miss > 1
+    assert solution.status == "unreachable"
+    assert solution.message.startswith(f"nothing overlaps; Pin N is missed by {miss:.1f}")
+    met = vf.resolve_overlaps(text)
+    assert met.free and (met.status, met.message) == ("converged", "every goal is met")
+
+
+def test_what_is_left_is_said_with_the_goals_that_are_missed():
+    text = vf.Text("dynapuff", "o")
+    target = vf.Target(text.handle(0), (900, 900))
+    solution = vf.resolve_overlaps(text, [HUGE], terms=[target], restarts=0)
+    assert solution.status == "unreachable"
+    assert "square font units overlap, and no free state was found; Target o" in solution.message
+
+
+def test_a_search_that_ends_by_time_says_so():
+    solution = vf.resolve_overlaps(vf.Text("dynapuff", "o"), [HUGE], seconds=0)
+    assert not solution.free
+    assert solution.status == "time_limit" and not solution.converged
+    assert "the time limit was reached" in solution.message
+
+
+def test_a_gap_that_is_not_kept_is_no_overlap():
+    text = vf.Text("recursive", "HH", shared=False)
+    solution = vf.resolve_overlaps(text, gap=3000.0, restarts=0)
+    assert solution.area == 0 and not solution.free
+    assert "the gap of 3000 font units is not kept" in solution.message

@@ -19,7 +19,7 @@ from ..energy.solve import ends_reached, solution_of
 from ..energy.tied import Ties, energy_of
 from ..errors import SolveError
 from ..solver.problem import Tolerances, is_count, is_number
-from ..solver.status import CONVERGED, Outcome
+from ..solver.status import CONVERGED, TIME_LIMIT, Outcome
 from ..text import Text
 from .inequalities import Model, Walls
 from .no_overlap import NoOverlap
@@ -58,12 +58,16 @@ TOLERANCES = Tolerances(step=1e-5, absolute_cost=1e-4, cost_floor=1e-5)
 class Resolution(Solution):
     """The result of :func:`resolve_overlaps`: a :class:`Solution`, and whether it is free.
 
+    The status is ``"converged"`` if it is free and meets the goals of all terms; ``"unreachable"``
+    if overlaps are left, or a goal is missed; and ``"time_limit"`` if overlaps are left because the
+    search had no more time. The message says which goals are missed, and by how much.
+
     Attributes
     ----------
     area : float
         Common area that is left, in square font units.
     free : bool
-        Whether no overlap is left.
+        Whether no overlap is left. Goals of other terms may be missed all the same.
     blocked_by : tuple of str
         The axis bounds that stand in the way, such as ``"wght is at its minimum"``; empty if it
         is free.
@@ -298,6 +302,12 @@ class _Search:
         x = min((look.x for look in ends if look.excess <= limit), key=self.distance)
         return self.back(x, limit)[0] if self.distance(x) > 0 else x
 
+    def left(self, look: Look) -> str:
+        """In words: what is left of the overlaps."""
+        if look.area > FREE_AREA:
+            return f"{look.area:.3g} square font units overlap"
+        return f"nothing overlaps, but the gap of {self.room.keep.gap:g} font units is not kept"
+
     def resolution(self, x: Array) -> Resolution:
         """The state x as a result."""
         look = self.room.look(x)
@@ -308,7 +318,20 @@ class _Search:
         found = solution_of(self.push, ended._replace(state=state, earlier=self.steps))
         values = {field.name: getattr(found, field.name) for field in fields(found)}
         blocked = () if free else tuple(ends_reached(self.text, found.active))
+        missed = [
+            f"{one.term.label()} is missed by {one.term.missed_by(one.miss)}"
+            for one in found.terms[1:]
+            if one.miss is not None and not one.met
+        ]
         if not free:
-            left = f"{look.area:.3g} square font units overlap, and no free state was found"
-            values |= {"status": UNREACHABLE, "message": "; ".join([left, *blocked])}
+            late = time.perf_counter() > self.until
+            why = "the time limit was reached" if late else "no free state was found"
+            parts = [f"{self.left(look)}, and {why}", *missed, *blocked]
+            values |= {
+                "status": TIME_LIMIT if late else UNREACHABLE,
+                "message": "; ".join(parts),
+            }
+        elif missed:
+            parts = ["nothing overlaps", *missed, *ends_reached(self.text, found.active)]
+            values |= {"message": "; ".join(parts)}
         return Resolution(**values, area=look.area, free=free, blocked_by=blocked)
