@@ -161,6 +161,37 @@ def test_a_stroke_is_measured_again_only_where_an_obstacle_bends(monkeypatch) ->
     assert scene.stroke == pytest.approx([scene.stroke[0], 20])
 
 
+@pytest.mark.parametrize("vanishing", [0, 1], ids=["the first", "the last"])
+@pytest.mark.parametrize("substeps", ["auto", 3])
+def test_an_obstacle_is_there_until_it_vanishes(substeps, vanishing) -> None:
+    plate, far = rectangle(-500, -120, 1500, -20), rectangle(8000, -9000, 8100, -20)
+    end = 0.25
+
+    def obstacles(time):
+        both = [far, plate] if vanishing else [plate, far]
+        return both if time < end - 1e-9 else [far]
+
+    text = vf.Text("recursive", "I")
+    fall = simulated(
+        text,
+        30,
+        obstacles=obstacles,
+        forces=(0, -6000),
+        positions=True,
+        restitution=0.0,
+        stiffness=1e7,
+        substeps=substeps,
+    )
+    last = round(60 * end)
+    height = fall.positions[: last + 1, 0, 1]
+    assert fall.penetration.max() < 0.5
+    assert np.ptp(height[-8:]) < 0.1
+    # From then on it falls freely.
+    for frame in (last + 1, last + 5):
+        way = 3000 * (fall.times[frame] - end) ** 2
+        assert height[-1] - fall.positions[frame, 0, 1] == pytest.approx(way, rel=0.5, abs=1)
+
+
 def test_a_structure_that_comes_back_has_the_same_outlines() -> None:
     bar, far = FLOOR, [(9000, 0), (9100, 0), (9100, 100)]
     scene = Scene(vf.Text("recursive", "I"), lambda t: [bar, far] if 1 < t < 2 else [bar])

@@ -87,8 +87,8 @@ class FreeStep:
         """Let the step last h seconds: the place to which it leads without contact."""
         self.h, self.settled = h, settled
         terms = self.motion()
-        self.outlines, self.later = self.scene.at(self.time + h)
-        self.obstacles, appeared = self.scene.before(self.time, self.time + h)
+        passage = self.scene.over(self.time, self.time + h)
+        self.outlines, self.obstacles, self.later, appeared = passage
         self.now = self.segments(self.state.place, self.obstacles)
         self.depth = self.state.depth
         if appeared:

@@ -38,6 +38,25 @@ class _Moment(NamedTuple):
     segments: Array
 
 
+class Passage(NamedTuple):
+    """The obstacles during a step.
+
+    Attributes
+    ----------
+    outlines : Outlines
+        All outlines, letters first.
+    before, after : (S', 4, 2) arrays
+        The segments of the obstacles at the start and at the end of the step.
+    appeared : bool
+        Whether one is new.
+    """
+
+    outlines: Outlines
+    before: Array
+    after: Array
+    appeared: bool
+
+
 class Scene:
     """Obstacles that stand still, or move along a path over time.
 
@@ -95,18 +114,26 @@ class Scene:
         """The obstacles at a time."""
         return self._at(time).shapes
 
-    def before(self, time: float, later: float) -> tuple[Array, bool]:
-        """The segments (S', 4, 2) of the obstacles of a later time as they are at ``time``.
+    def over(self, time: float, later: float) -> Passage:
+        """The obstacles from a time to a later one.
 
-        An obstacle that is new at the later time is already where it will be. The second value
-        says whether one is.
+        An obstacle that is new at the later time is already where it will be. If none is new,
+        those that vanish stay where they are until then.
         """
         first, second = self._at(time), self._at(later)
         if first.outlines is second.outlines:
-            return first.segments, False
+            return Passage(first.outlines, first.segments, second.segments, False)
         found = _counterparts(first.shapes, second.shapes)
-        shapes = [found.get(i, shape) for i, shape in enumerate(second.shapes)]
-        return _segments(shapes), len(found) < len(shapes)
+        if len(found) < len(second.shapes):
+            shapes = [found.get(i, shape) for i, shape in enumerate(second.shapes)]
+            return Passage(second.outlines, _segments(shapes), second.segments, True)
+        kept = [found[i] for i in range(len(second.shapes))]
+        vanished = [shape for shape in first.shapes if not any(shape is one for one in kept)]
+        after = [*second.shapes, *vanished]
+        self._measure(after, later)
+        return Passage(
+            self._outlines_of(after), _segments([*kept, *vanished]), _segments(after), False
+        )
 
     def gaps(self, outlines: Outlines, segments: Array, reach: float) -> Gaps:
         """The gaps between outlines that are smaller than ``reach``; the latest ones are kept."""
@@ -138,12 +165,14 @@ class Scene:
             when = f" At {time:.4g} s:" if self.moving else ""
             raise MotionError(f"The obstacles cannot be read.{when} {error}") from error
         self._measure(shapes, time)
-        # The structure decides which points correspond to each other at two times.
-        outlines = self._outlines.get(
+        return _Moment(self._outlines_of(shapes), shapes, _segments(shapes))
+
+    def _outlines_of(self, shapes: list[Shape]) -> Outlines:
+        """All outlines; the structure decides which points correspond at two times."""
+        return self._outlines.get(
             tuple(map(_structure, shapes)),
             lambda: Outlines([*self._letters, *shapes], len(self._letters)),
         )
-        return _Moment(outlines, shapes, _segments(shapes))
 
 
 def _segments(shapes: Sequence[Shape]) -> Array:

@@ -97,7 +97,8 @@ def simulate(
         seconds; they push the letters. Their number may change over time. Of the obstacles with
         equal numbers of segments, those before and after a change correspond in their order if
         they are equally many; otherwise the nearest ones correspond. Letters that a new obstacle
-        covers are moved out at once, and keep their velocity.
+        covers are moved out at once, and keep their velocity. An obstacle that vanishes is there
+        until the first frame without it.
     positions : bool
         Whether the letters move freely. Otherwise only their axes move. Default False.
     rotations : bool

@@ -128,7 +128,7 @@ class Stepper:
 
     def _uncovered(self, state: State, time: float, later: float) -> State:
         """The state, with letters moved out of obstacles that appear until a later time."""
-        if not self.scene.before(time, later)[1]:
+        if not self.scene.over(time, later).appeared:
             return state
         text = self.body.text.moved_to(state.place)
         free = separated(self.body, text, self.scene, later)
