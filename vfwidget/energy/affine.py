@@ -25,12 +25,15 @@ class AffineTerm(NamedTuple):
         Constant, and so evaluated once.
     size : int
         The number of residuals.
+    origin : tuple of arrays
+        Positions and Θ that are zero, where the residual is what they do not change.
     """
 
     points: AffinePoints
     root: float
     by: Derivative
     size: int
+    origin: tuple[Array, Array]
 
     @staticmethod
     def of(rows: PointRows, theta: Array) -> AffineTerm | None:
@@ -38,16 +41,18 @@ class AffineTerm(NamedTuple):
         points = rows.points
         if not isinstance(points, AffinePoints) or not rows.term.affine:
             return None
-        by = rows.derivative(np.zeros(points.base.shape), np.zeros(theta.shape))
+        origin = np.zeros(points.base.shape), np.zeros(theta.shape)
+        # A term may write to its arguments.
+        by = rows.derivative(*(part.copy() for part in origin))
         given = by.points if by.points is not None else by.theta
-        return AffineTerm(points, rows.root, by, 0 if given is None else len(given))
+        return AffineTerm(points, rows.root, by, 0 if given is None else len(given), origin)
 
     @property
     def key(self) -> tuple[int, float, bytes, bytes]:
         """Everything that the compiled rows depend on."""
         return id(self.points), self.root, _bytes(self.by.points), _bytes(self.by.theta)
 
-    def constant(self, rows: PointRows, theta: Array) -> Array:
+    def constant(self, rows: PointRows) -> Array:
         """The part of the residual (r,) that neither points nor Θ change, weighted.
 
         Raises
@@ -55,7 +60,7 @@ class AffineTerm(NamedTuple):
         SolveError
             The derivative does not have one row for each residual.
         """
-        value = rows.value(np.zeros(self.points.base.shape), np.zeros(theta.shape))
+        value = rows.value(*(part.copy() for part in self.origin))
         if len(value) != self.size:
             raise wrong_rows(rows.term.kind, self.size, len(value))
         return self.root * value

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Collection, Mapping, Sequence
 from itertools import repeat
 from typing import Any
 
@@ -11,12 +10,11 @@ import numpy as np
 
 from ..arrays import Array, BoolArray, to_array
 from ..errors import AxisError, SolveError
-from ..solver.problem import Proximity, check_size, is_number
-from ..text import Handle, Text
+from ..solver.problem import Proximity, check_size
+from ..text import Text
 from ..text.place import AXES, OFFSETS, TRACKING, Unknowns
 from .affine import AffineTerm, compiled
 from .checked import all_blocks, bound, located, miss_of, no_terms, proximity_of
-from .handle_terms import Pin, Target
 from .rows import PointRows, wrong_rows
 from .term import MET, Term, TermResult
 from .word_terms import StayClose
@@ -79,16 +77,23 @@ class Energy:
     ) -> None:
         if not terms:
             raise no_terms()
-        self._options = free, locks, followers
+        self.text = text
         self.terms = [bound(term, text) for term in terms]
         blocks, added = all_blocks(text, self.terms)
-        unknowns = Unknowns(blocks, free, added)
-        self._stand_at(text, unknowns, [proximity_of(term, text, unknowns) for term in self.terms])
+        self.unknowns = unknowns = Unknowns(blocks, free, added)
+        # An array of several tags is neither true nor false.
+        none = locks is None or (type(locks) is tuple and not locks)
+        self._locks = None if none else self._read_locks(locks)
+        # Copies: a list may change later.
+        self._options = tuple(free), () if none else tuple(locks), followers
+        self._check_size()
+        self._set_bounds()
+        self._pulls = [proximity_of(term, text, unknowns) for term in self.terms]
+        self._collect_proximity()
         self._rows = [located(term, text) for term in self.terms]
         self.moves = any(term.moving for term in self.terms)
         self._compile()
-        self._forms = [_form(term) for term in self.terms]
-        self.has_form = not self._others and None not in self._forms
+        self.has_form = not self._others and self._rebound(text, terms) is not None
 
     def at(self, text: Text, terms: Sequence[Term]) -> Energy:
         """An energy with the same free blocks and locks, at another place of the text.
@@ -96,50 +101,60 @@ class Energy:
         If the terms differ from those of this energy only in their goals, as in a drag, what is
         compiled is kept.
         """
-        if not self._keeps(text, terms):
+        kept = self._rebound(text, terms) if self.has_form else None
+        if kept is None:
             return Energy(text, terms, *self._options)
         other = object.__new__(Energy)
         other.__dict__.update(self.__dict__)
-        other.terms = [bound(term, text) for term in terms]
-        unknowns = self.unknowns.at(text.blocks)
-        pulls = map(_around, other.terms, self._pulls, repeat(unknowns))
-        other._stand_at(text, unknowns, list(pulls))
-        other._rows = [
-            PointRows(term, rows.points, rows.automatic) if isinstance(rows, PointRows) else None
-            for term, rows in zip(other.terms, self._rows, strict=True)
-        ]
-        other._set_constant()
+        other.text, other.terms, other.unknowns = text, kept, self.unknowns.at(text.blocks)
+        other._check_size()
+        other._set_bounds()
+        other._pulls = list(map(_around, kept, self._pulls, repeat(other.unknowns)))
+        other._collect_proximity()
+        # The rows of compiled terms are not asked again.
+        other._set_constant(
+            [
+                affine.root * term.residual(*affine.origin)
+                for affine, term in zip(self._affine, kept, strict=True)
+                if affine is not None
+            ]
+        )
         return other
 
-    def _keeps(self, text: Text, terms: Sequence[Term]) -> bool:
-        """Whether what is compiled is that of these terms at this text."""
-        return (
-            self.has_form
-            and text.word is self.text.word
-            # Points of rotated letters are not affine.
-            and not np.count_nonzero(text.rotations)
-            and self._forms == [_form(term) for term in terms]
-        )
+    def _rebound(self, text: Text, terms: Sequence[Term]) -> list[Term] | None:
+        """The terms, bound to a text, if they differ from those of the energy in goals only.
+
+        None if they do not, or if the text has other glyphs, or rotated letters, whose points are
+        not affine.
+        """
+        here = self.text
+        upright = text.rotations is here.rotations or not np.count_nonzero(text.rotations)
+        if text.word is not here.word or not upright or len(terms) != len(self.terms):
+            return None
+        kept: list[Term] = []
+        for term, known in zip(terms, self.terms, strict=True):
+            found = term.rebound(known, text) if isinstance(term, Term) else None
+            if found is None:
+                return None
+            kept.append(found)
+        return kept
 
     def is_over(self, free: Collection[str], locks: Collection[str]) -> bool:
         """Whether the energy has these free blocks and locks, and no followers."""
-        return self._options == (free, locks, 0)
+        mine, locked, followers = self._options
+        return not followers and _are(free, mine) and _are(locks, locked)
 
-    def _stand_at(self, text: Text, unknowns: Unknowns, pulls: Sequence[Proximity | None]) -> None:
-        """Take the bounds from a text and its unknowns, and the proximity that each term has."""
-        self.text, self.unknowns, self._pulls = text, unknowns, pulls
-        self.lower, self.upper = unknowns.lower, unknowns.upper
-        _, locks, followers = self._options
-        # Most terms have at least one residual, and each takes memory from here on.
-        tied = followers * len(text.font.axes) if AXES in unknowns.slices else 0
-        check_size(len(self.terms), len(self.lower) - tied)
-        # An array of several tags is neither true nor false.
-        none = locks is None or (type(locks) is tuple and not locks)
-        self._locks = None if none else self._read_locks(locks)
+    def _check_size(self) -> None:
+        """Refuse too many terms: most have at least one residual, and each takes memory later."""
+        tied = self._options[2] * len(self.text.font.axes) if AXES in self.unknowns.slices else 0
+        check_size(len(self.terms), len(self.unknowns.start) - tied)
+
+    def _set_bounds(self) -> None:
+        """Take the bounds from the unknowns; locked ones have one value."""
+        self.lower, self.upper = self.unknowns.lower, self.unknowns.upper
         if self._locks is not None:
-            self.lower = np.where(self._locks, unknowns.start, self.lower)
-            self.upper = np.where(self._locks, unknowns.start, self.upper)
-        self._collect_proximity()
+            self.lower = np.where(self._locks, self.unknowns.start, self.lower)
+            self.upper = np.where(self._locks, self.unknowns.start, self.upper)
 
     def _read_locks(self, locks: Collection[str]) -> BoolArray:
         """Which unknowns, (N,), are locked axes."""
@@ -164,7 +179,7 @@ class Energy:
 
     def _each(self, by_axis: Any) -> BoolArray:
         """A truth value for each axis, (n,), as one for each unknown, (N,)."""
-        found = np.zeros(len(self.lower), dtype=bool)
+        found = np.zeros(len(self.unknowns.start), dtype=bool)
         if AXES in self.unknowns.slices:
             found[self.unknowns.slices[AXES]] = np.tile(by_axis, self.text.word.parameters)
         return found
@@ -196,30 +211,34 @@ class Energy:
         terms = [affine for affine in self._affine if affine is not None]
         self._compiled = compiled(self.text.word, terms) if terms else None
         self._sizes: list[int] | None = None
-        self._set_constant()
-
-    def _set_constant(self) -> None:
-        """Evaluate what the goals and the fixed unknowns add to the affine rows."""
-        theta, unknowns = self.text.coordinates, self.unknowns
-        parts = [
-            affine.constant(rows, theta)
-            for affine, rows in zip(self._affine, self._rows, strict=True)
-            if affine is not None and isinstance(rows, PointRows)
-        ]
-        self._constant = _joined(parts) if parts else np.zeros(0)
-        self._linear: dict[str, Array] = {}
         # A drag: everything is compiled, and Θ is all that moves.
-        self._only_axes = bool(parts) and not self._others and unknowns.is_only(AXES)
+        self._only_axes = bool(terms) and not self._others and self.unknowns.is_only(AXES)
+        self._linear: dict[str, Array] = {}
+        axes = self.text.word.kinks
+        if self._compiled is not None:
+            axes = axes if self._others else self._compiled.kinks
+            free = [name for name in (OFFSETS, TRACKING) if name in self.unknowns.slices]
+            self._linear = {name: self._compiled.by_block(name) for name in free}
+        self._kinks = self.unknowns.kinks(axes)
+        self._set_constant(
+            [
+                affine.constant(rows)
+                for affine, rows in zip(self._affine, self._rows, strict=True)
+                if affine is not None and isinstance(rows, PointRows)
+            ]
+        )
+
+    def _set_constant(self, parts: Sequence[Array]) -> None:
+        """Add up what the goals (``parts``) and the fixed unknowns add to the affine rows."""
+        self._constant = _joined(parts) if parts else np.zeros(0)
         if self._compiled is None:
             return
         for name in (OFFSETS, TRACKING):
-            fixed = unknowns.value(name, unknowns.start)
-            if name in unknowns.slices:
-                self._linear[name] = self._compiled.by_block(name)
-            elif np.count_nonzero(fixed):
+            fixed = self.unknowns.value(name, self.unknowns.start)
+            if name not in self._linear and np.count_nonzero(fixed):
                 self._constant = self._constant + self._compiled.by_block(name) @ fixed.ravel()
 
-    @cached_property
+    @property
     def least_goal(self) -> float:
         """What it costs to miss a goal by its tolerance, for the goal of which this is least.
 
@@ -236,8 +255,7 @@ class Energy:
     @property
     def kinks(self) -> Array:
         """See the attributes of the class."""
-        axes = self.text.word.kinks if self._others or not self._compiled else self._compiled.kinks
-        return self.unknowns.kinks(axes)
+        return self._kinks
 
     @property
     def all_kinks(self) -> Array:
@@ -359,18 +377,13 @@ class Energy:
         return found
 
 
-def _form(term: Term) -> Hashable | None:
-    """Everything that a term of a drag is, apart from its goal; None for other terms.
-
-    Terms of one form have the same points, derivative, weight and tolerance. Only the constant
-    parts of their residuals and the references of their proximity differ.
-    """
-    # A class derived from one of these may depend on more. bind() refuses wrong values.
-    kind, handle = type(term), getattr(term, "handle", None)
-    known = kind in (Target, Pin, StayClose) and is_number(term.weight)
-    if not known or not (handle is None or isinstance(handle, Handle)):
-        return None
-    return kind, handle, term.weight, term.tolerance
+def _are(given: Any, tags: tuple[str, ...]) -> bool:
+    """Whether what a caller gives are these strings, in a tuple or a list."""
+    if given is tags:
+        return True
+    # Arrays are not equal as a whole.
+    listed = type(given) in (tuple, list) and all(type(tag) is str for tag in given)
+    return listed and tuple(given) == tags
 
 
 def _around(term: Term, pull: Proximity | None, unknowns: Unknowns) -> Proximity | None:

@@ -49,16 +49,31 @@ class Target(Term):
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
+        return self._toward(self.position)
+
+    def rebound(self, known: Term, text: Text) -> Term | None:
+        return self._toward(self.position) if self._has_form_of(known, Target) else None
+
+    def _has_form_of(self, known: Term, kind: type[Target]) -> bool:
+        """Whether both terms are of this kind, and differ at most in the position."""
+        # A class derived from the kind may depend on more. bind() refuses wrong values.
+        if not (type(self) is kind and isinstance(known, kind) and type(known) is kind):
+            return False
+        sound = type(self.handle) is Handle and is_number(self.weight)
+        return sound and (self.handle, self.weight) == (known.handle, known.weight)
+
+    def _toward(self, position: Any) -> Term:
+        """The term with this position."""
         try:
             # A copy does not change with the array that was given, nor keep a larger one alive.
-            position = to_array(self.position).copy()
+            goal = to_array(position).copy()
         except (TypeError, ValueError):
-            position = np.zeros(0)
-        if position.shape != (2,) or not all(map(math.isfinite, position.tolist())):
-            raise SolveError(f"A position is two finite numbers (x, y), not {self.position!r}.")
+            goal = np.zeros(0)
+        if goal.shape != (2,) or not all(map(math.isfinite, goal.tolist())):
+            raise SolveError(f"A position is two finite numbers (x, y), not {position!r}.")
         # dataclasses.replace takes several times as long, and a drag binds a goal at every event.
         bound = object.__new__(type(self))
-        bound.__dict__.update(self.__dict__, position=position)
+        bound.__dict__.update(self.__dict__, position=goal)
         return bound
 
     def residual(self, points: Array, theta: Array) -> Array:
@@ -91,8 +106,13 @@ class Pin(Target):
 
     def bind(self, text: Text) -> Term:
         Term.bind(self, text)
-        here = text.position(self.handle) if self.position is None else self.position
-        return Target.bind(replace(self, position=here), text)
+        return self._toward(self._goal_at(text))
+
+    def rebound(self, known: Term, text: Text) -> Term | None:
+        return self._toward(self._goal_at(text)) if self._has_form_of(known, Pin) else None
+
+    def _goal_at(self, text: Text) -> Any:
+        return text.position(self.handle) if self.position is None else self.position
 
 
 @renamed(on="handles")

@@ -255,7 +255,7 @@ def solution_of(
         text=text.moved_to(place),
         start=start or text,
         place=Place(place),
-        cost=sum(result.cost for result in best.results),
+        cost=sum([result.cost for result in best.results]),
         iterations=best.iterations,
         status=status,
         message=message,

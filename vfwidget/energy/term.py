@@ -103,6 +103,25 @@ class Term:
                 raise SolveError(f"{handle!r} is not a handle of the text {text.string!r}.")
         return self
 
+    def rebound(self, known: Term, text: Text) -> Term | None:
+        """As :meth:`bind`, for a term that differs from one bound before only in its goal.
+
+        A drag gives a term another goal at every event, and nothing else has to be read again.
+
+        Parameters
+        ----------
+        known : Term
+            A bound term of a text with the same glyphs.
+        text : Text
+
+        Returns
+        -------
+        Term or None
+            None if the terms may differ in more than their goals, as by default. Terms that
+            differ in nothing else have the same points, derivatives and weights of proximity.
+        """
+        return None
+
     def blocks(self, text: Text) -> Mapping[str, Block]:
         """Unknowns that the term adds to those of the text, by name; none by default.
 

@@ -48,16 +48,13 @@ def energy_of(
             whole = Energy(grouped, terms, free, locks, followers)
             return TiedEnergy(whole, leaders) if AXES in whole.unknowns.slices else whole
     # A drag asks for the same energy at every event, with another goal.
-    # The caller may change a list later, and arrays are not equal as a whole.
-    word, lasting = text.word, type(free) is type(locks) is tuple
-    lasting = lasting and all(type(name) is str for name in (*free, *locks))
-    latest: Energy | None = word.latest_energy if lasting else None
+    latest: Energy | None = text.word.latest_energy
     if latest is not None and latest.is_over(free, locks):
         energy = latest.at(text, terms)
     else:
         energy = Energy(text, terms, free, locks)
-    if lasting and energy.has_form:
-        word.latest_energy = energy
+    if energy.has_form:
+        text.word.latest_energy = energy
     return energy
 
 

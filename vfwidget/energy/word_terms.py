@@ -15,6 +15,7 @@ from ..errors import SolveError
 from ..outline.area import areas, swept, weighted_powers
 from ..outline.arrangement import Spans, boundary
 from ..outline.monotone import coefficients
+from ..solver.problem import is_number
 from ..text import Handle, Text
 from ..text.place import AXES
 from ..text.points import PointSet
@@ -48,6 +49,16 @@ class StayClose(Term):
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
+        return self._at_goal(text)
+
+    def rebound(self, known: Term, text: Text) -> Term | None:
+        # A class derived from this one may depend on more.
+        both = type(self) is type(known) is StayClose
+        same = both and is_number(self.weight) and self.weight == known.weight
+        return self._at_goal(text) if same else None
+
+    def _at_goal(self, text: Text) -> StayClose:
+        """The term with Θ₀ as an array in the shape of Θ."""
         if self.theta is None:
             return StayClose(self.weight, text.coordinates)
         try:

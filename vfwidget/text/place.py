@@ -127,7 +127,6 @@ class Unknowns:
 
     def _take(self, blocks: Mapping[str, Block]) -> None:
         self._blocks = blocks
-        self._values = {name: block.value for name, block in blocks.items()}
         free = [blocks[name] for name in self.slices]
         self.start = _joined([block.value for block in free])
         self.lower = _joined([_side(block.value, block.lower, -np.inf) for block in free])
@@ -139,12 +138,12 @@ class Unknowns:
 
     def value(self, name: str, x: Array) -> Array:
         """The values of one block where the free ones are x (N,)."""
-        value, part = self._values[name], self.slices.get(name)
+        value, part = self._blocks[name].value, self.slices.get(name)
         return value if part is None else x[part].reshape(value.shape)
 
     def place(self, x: Array) -> dict[str, Array]:
         """The values of all blocks where the free ones are x (N,)."""
-        return {**self._values, **{name: self.value(name, x) for name in self.slices}}
+        return {name: self.value(name, x) for name in self._blocks}
 
     def flat(self, values: Mapping[str, Array]) -> Array:
         """A number for each free unknown, (N,), from arrays by block; 0 in blocks left out.
@@ -155,10 +154,13 @@ class Unknowns:
             There is no such block, or it has another shape.
         """
         for name, value in values.items():
-            if name not in self._values or value.shape != self._values[name].shape:
+            if name not in self._blocks or value.shape != self._blocks[name].value.shape:
                 raise ValueError(f"There is no block {name!r} of shape {value.shape}.")
         return _joined(
-            [values[n] if n in values else np.zeros_like(self._values[n]) for n in self.slices]
+            [
+                values[n] if n in values else np.zeros_like(self._blocks[n].value)
+                for n in self.slices
+            ]
         )
 
     def kinks(self, axes: Array) -> Array:
