@@ -80,3 +80,18 @@ def test_marks_over_cubic_outlines_without_gpos() -> None:
         expected = setter.line("a\u0301", w)
         assert expected[1][3] != 0
         assert difference(text.at(theta=w), expected) < 1.5
+
+
+def test_a_mark_that_cannot_follow_the_extents_is_named() -> None:
+    """From some weight on, another point of the letter is its lowest."""
+    base, still = fonts.SQUARE, [(0, 0)] * 4
+    glyphs = {"a": fonts.outline(base, [(200, 100), (300, 100), (300, 300), (200, 300)])}
+    glyphs["dot"] = fonts.outline([(-40, -150), (60, -150), (60, -50), (-40, -50)])
+    lower = [*still, *[(0, -300)] * 4, *fonts.STILL]
+
+    def edit(builder) -> None:
+        builder.setupCharacterMap({ord("a"): "a", 0x323: "dot"})
+
+    data = fonts.build(glyphs, {"a": [(fonts.BOLD, lower)]}, edit=edit, metrics={"dot": (0, -40)})
+    with pytest.raises(vf.TextError, match=r"glyph .dot. .*character 1.* no anchors"):
+        vf.Text(data, "a\u0323")

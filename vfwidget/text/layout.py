@@ -39,6 +39,15 @@ TOLERANCE = 1e-5
 """Greatest difference from HarfBuzz in ems, for each number of each glyph."""
 BY_EXTENTS = 2.0
 """Font units: where marks are placed by extents, HarfBuzz rounds these to whole units."""
+WITHOUT_ANCHORS = (
+    "The font has no anchors for this mark, so HarfBuzz places it by the extents of outlines. "
+    "Write the letter with its mark as one character, remove the mark, or use a font with anchors."
+)
+REMEDY = (
+    "Remove the combining marks, and spaces of the width of another character, or switch off "
+    "features."
+)
+"""What to do about glyphs that cannot be placed."""
 MOST_TRIED = 2000
 """Random locations among which those in a setting are found where axes move others."""
 CHECKS = 3
@@ -216,14 +225,16 @@ def fit_layout(
         gamma = Regions(layout.support).scalars(_final(font, w))
         found = layout.base + layout.deltas @ gamma
         found[:, 0] += layout.pushed @ np.array([width(g) for g in row.glyph_ids])
-        off = float(np.abs(found - expected).max())
+        off = np.abs(found - expected).max(1)
         rounding = BY_EXTENTS if row.by_extents else len(expected) / (2 * SCALE)
-        if off > TOLERANCE * font.units_per_em + rounding:
+        if off.max() > TOLERANCE * font.units_per_em + rounding:
+            worst = min(int(off.argmax()), len(row.glyph_ids) - 1)
             raise TextError(
-                f"HarfBuzz places the glyphs of {string!r} in a way that the font's variation "
-                f"data do not state, {off:.3g} font units away at the normalized coordinates "
-                f"{w.tolist()}, and vfwidget cannot lay out such text. Remove the combining marks, "
-                "and spaces of the width of another character, or switch off features."
+                f"HarfBuzz places the glyph {font.glyph_names[row.glyph_ids[worst]]!r} of "
+                f"{string!r} (character {row.clusters[worst]}) in a way that the font's variation "
+                f"data do not state, {off.max():.3g} font units away at the normalized coordinates "
+                f"{w.tolist()}, and vfwidget cannot lay out such text. "
+                + (WITHOUT_ANCHORS if row.by_extents else REMEDY)
             )
     return layout
 
