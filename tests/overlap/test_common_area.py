@@ -39,6 +39,10 @@ def by_clipper(first, second, chords=CHORDS):
         clipper = pyclipper.Pyclipper()
         outline = flattened(shape, chords)
         paths = [(UNIT * contour).round().astype(np.int64).tolist() for contour in outline]
+        # pyclipper refuses contours whose points lie on one line.
+        paths = [path for path in paths if pyclipper.Area(path)]
+        if not paths:
+            return 0.0
         clipper.AddPaths(paths, pyclipper.PT_SUBJECT, True)
         fill = pyclipper.PFT_NONZERO
         unions.append(clipper.Execute(pyclipper.CT_UNION, fill, fill))
