@@ -361,6 +361,20 @@ def test_a_solution_shows_itself_in_a_few_lines() -> None:
     assert found._repr_html_().startswith("<pre>")
 
 
+def test_a_match_and_a_solution_show_the_axes_of_letters_in_the_same_form() -> None:
+    text = vf.Text("dynapuff", "abc", axes={"wght": 600}, shared=False)
+    found = vf.solve(text, vf.StayClose())
+    match = vf.match(1 - vf.rasterize(text, (24, 48)), text, progress=False)
+    one = "{wght: 600, wdth: 100}"
+    assert repr(found).splitlines()[-1] == f" axes [{one}, {one}, …]>"
+    own = match.axes[0]
+    start = f" axes [{{wght: {own['wght']:.4g}, wdth: {own['wdth']:.4g}}}, {{"
+    last = repr(match).splitlines()[-1]
+    assert last.startswith(start) and last.endswith("}, …]>")
+    word = vf.Text("dynapuff", "abc", axes={"wght": 600})
+    assert repr(vf.solve(word, vf.StayClose())).endswith(f"\n axes {one}>")
+
+
 def test_the_package_lists_its_public_names() -> None:
     names = dir(vf)
     assert {"Editor", "match", "Looks", "rasterize", "plot", "Derivative"} <= set(names)

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..arrays import Array
+from ..font.axes import shown
 from ..solver.least_squares import Iterate
 from ..solver.status import CONVERGED
 from ..text import Text
@@ -154,7 +155,7 @@ class Solution:
         return (
             f"<Solution for {self.text.string!r}: {self.status} after {self._steps}, {goals}, "
             f"cost {self.cost:.4g}\n"
-            f" axes {_short(self.axes)}>"
+            f" axes {shown(self.axes)}>"
         )
 
     def _repr_html_(self) -> str:
@@ -163,11 +164,3 @@ class Solution:
 
 def _rows(text: Text) -> list[dict[str, float]]:
     return [text.axes] if text.shared else text.axes
-
-
-def _short(axes: Any) -> str:
-    """Axis values with four digits, on one line."""
-    if isinstance(axes, dict):
-        return "{" + ", ".join(f"{tag}: {value:.4g}" for tag, value in axes.items()) + "}"
-    shown = ", ".join(_short(own) for own in axes[:2])
-    return f"[{shown}{', …' if len(axes) > 2 else ''}]"

@@ -205,6 +205,16 @@ def denormalize(axes: Sequence[Axis], w: Array) -> dict[str, float]:
     return {axis.tag: axis.denormalize(float(x)) for axis, x in zip(axes, w, strict=True)}
 
 
+def shown(values: Any) -> str:
+    """Axis values in four digits on one line, as a ``repr`` shows them.
+
+    ``values`` are a mapping, or a list of one mapping for each letter, of which two are shown.
+    """
+    if isinstance(values, Mapping):
+        return "{" + ", ".join(f"{tag}: {value:.4g}" for tag, value in values.items()) + "}"
+    return f"[{', '.join(map(shown, values[:2]))}{', …' if len(values) > 2 else ''}]"
+
+
 def bounds(axes: Sequence[Axis]) -> tuple[Array, Array]:
     """The least and greatest normalized coordinates that user coordinates can reach, each (n,)."""
     reached = [axis._knots[1] for axis in axes]

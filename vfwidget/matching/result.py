@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Array, to_tensor
 from ..deprecation import warn_renamed
+from ..font.axes import shown
 from ..solver.loss import robust_cost
 from ..text import Text
 from .images import shrink
@@ -52,10 +53,7 @@ class Match:
     left_out: dict[str, str] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
-        axes = [self.axes] if self.text.shared else self.axes
-        rows = ("{" + ", ".join(f"{t}: {v:.4g}" for t, v in row.items()) + "}" for row in axes[:2])
-        more = ", …" if len(axes) > 2 else ""
-        return f"<Match: {self.report().splitlines()[0]}\n axes {', '.join(rows)}{more}>"
+        return f"<Match: {self.report().splitlines()[0]}\n axes {shown(self.axes)}>"
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(self.report())}</pre>"
