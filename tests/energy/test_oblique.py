@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
+
 import fonts
+import formats
 import numpy as np
 import pytest
 import variation_tables
@@ -11,6 +14,11 @@ from fontTools.ttLib.tables import otTables
 from fontTools.varLib import builder as varLib_builder
 
 import vfwidget as vf
+from vfwidget.energy.checked import bound
+from vfwidget.energy.descent import descend
+from vfwidget.energy.oblique import along_planes
+from vfwidget.energy.tied import energy_of
+from vfwidget.solver.problem import Tolerances
 
 
 def folded() -> vf.Font:
@@ -49,6 +57,17 @@ def test_a_locked_axis_stays():
     x, y = text.position(handle).tolist()
     solution = vf.solve(text, vf.Target(handle, (x + 60, y - 50)), locks=["wdth"], restarts=0)
     assert np.allclose(solution.theta, 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("locked", ["wght", "wdth"])
+def test_an_axis_that_is_locked_beside_a_kink_stays_there(locked):
+    text = vf.Text(folded(), "a").at(theta=[[0.002, 0.001]])
+    handle = text.handle(0, 0, 1)
+    x, y = text.position(handle).tolist()
+    solution = vf.solve(text, vf.Target(handle, (x + 60, y - 50)), locks=[locked])
+    kept = ["wght", "wdth"].index(locked)
+    assert solution.theta[0, kept] == text.theta[0, kept]
+    assert solution.status == "unreachable"
 
 
 def test_a_solve_stays_in_a_box_in_which_its_glyphs_stay():
@@ -98,3 +117,77 @@ def test_a_descent_that_could_follow_a_fold_further_says_so(monkeypatch):
     monkeypatch.setattr("vfwidget.energy.oblique.MOST_STEPS", 1)
     found = vf.solve(text, vf.Target(handle, (x + 60, y - 50)), restarts=0)
     assert found.status == "iteration_limit" and not found.converged
+
+
+def random_solve(name: str, seed: int) -> tuple[vf.Text, list[vf.Term]]:
+    """Targets and pins for letters whose axes start at random, at bounds and at kinks."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vf.FontWarning)
+        font = vf.load_font(formats.CONFORMANCE / "formats" / name)
+    rng = np.random.default_rng(seed)
+    lower, upper = font.bounds
+    letters = "tesT" if "Amstelvar" in name else "abc"
+    string = "".join(rng.choice(list(letters), rng.integers(1, 4)))
+    text = vf.Text(font, string, shared=bool(rng.integers(2)))
+
+    def place():
+        w = rng.uniform(lower, upper, text.theta.shape)
+        w = np.where(rng.random(w.shape) < rng.choice([0, 0.6, 0.9]), 0, w)
+        at_ends = rng.random(w.shape) < rng.choice([0, 0.3])
+        return np.where(at_ends, np.where(rng.random(w.shape) < 0.5, lower, upper), w)
+
+    text, goal = text.at(theta=place()), text.at(theta=place())
+    terms: list[vf.Term] = []
+    for _ in range(rng.integers(1, 4)):
+        letter, segment = int(rng.integers(len(text.glyphs))), int(rng.integers(4))
+        handle = text.handle(letter, 0, segment, float(rng.random()))
+        near = text.position(handle).numpy() + rng.normal(size=2) * rng.choice([20, 100, 400])
+        position = goal.position(handle).numpy() if rng.random() < 0.3 else near
+        terms.append((vf.Pin if rng.random() < 0.2 else vf.Target)(handle, position))
+    return text, [*terms, vf.StayClose()] if rng.random() < 0.5 else terms
+
+
+def lower_costs(text: vf.Text, terms: list[vf.Term], solution: vf.Solution) -> tuple[float, float]:
+    """The cost of a solution, and the lowest one that small random steps within bounds reach."""
+    energy = energy_of(solution.text, [bound(term, text) for term in terms])
+
+    def cost(x):
+        residual, away = energy.residual(x), x - energy.proximity.reference
+        return residual @ residual + energy.proximity.weights * away @ away + energy.constant
+
+    rng = np.random.default_rng(0)
+    x = energy.unknowns.start
+    first = best = cost(x)
+    for _ in range(400):
+        step = rng.normal(size=len(x)) * (rng.random(len(x)) < rng.uniform(0.05, 1))
+        moved = np.clip(x + 10 ** rng.uniform(-6, -3) * step, energy.lower, energy.upper)
+        if cost(moved) < best:
+            x, best = moved, cost(moved)
+    return first, best
+
+
+@formats.needs_conformance
+@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("name", ["Amstelvar-avar2.subset.ttf", "RobotoDelta-Roman-VF-subset.ttf"])
+def test_a_solve_over_many_axes_ends_where_no_small_step_lowers_the_cost(name, seed):
+    text, terms = random_solve(name, seed)
+    solution = vf.solve(text, terms, restarts=0)
+    assert solution.status in ("converged", "unreachable"), solution.message
+    first, best = lower_costs(text, terms, solution)
+    assert first == pytest.approx(solution.cost, rel=1e-6, abs=1e-9)
+    assert best > first * (1 - 1e-3) - 1e-3
+
+
+def test_no_step_along_planes_is_tried_after_the_time_limit():
+    text = vf.Text(folded(), "a")
+    handle = text.handle(0, 0, 1)
+    x, y = text.position(handle).tolist()
+    energy = energy_of(text, [vf.Target(handle, (x + 60, y - 50))])
+
+    def down(energy, x):
+        return descend(energy, x, Tolerances(absolute_cost=1e-4), 100)
+
+    first = down(energy, energy.unknowns.start)
+    late = along_planes(energy, first, down, deadline=0.0)
+    assert late.state.outcome.status == "time_limit" and late.state.cost == first.state.cost
+    assert along_planes(energy, first, down).state.cost < first.state.cost

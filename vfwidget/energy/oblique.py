@@ -1,83 +1,206 @@
-"""Kinks that are not parallel to the axes, which fonts have whose axes move others (avar 2).
+"""Descent along kinks that are not parallel to the axes, which fonts have whose axes move others.
 
 There a region begins at a plane of *final* coordinates, and that plane is oblique in the unknowns.
-The solver takes kinks to be parallel to the axes, so it may stop on such a plane although the cost
-falls along it. Where a descent has ended with a goal missed, steps along the planes are tried, and
-the descent goes on from the best of them.
+The solver takes kinks to be parallel to the axes, so it may stop on such planes although the cost
+falls along them. Where a descent has ended so, steps of a model that knows the planes
+(:mod:`.planes`) are tried, and the descent goes on from the best place that they reach. If the
+model has no step that lowers the cost, the descent has converged.
 """
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
-from ..arrays import Array
-from ..solver.status import ITERATION_LIMIT, OUT_OF_TIME, Outcome
+from ..arrays import Array, BoolArray
+from ..solver.status import CONVERGED, ITERATION_LIMIT, OUT_OF_TIME, STALLED, Outcome
 from ..text.place import AXES
 from .descent import Descent
 from .energy import Energy
+from .planes import ON_PLANE, RADIUS, PlaneModel, onto, planes_at, snapped
 
-REACHES = 0.3 * 10.0 ** -np.arange(0, 4, 0.5)
-"""Lengths of the steps, in normalized units."""
-ON_PLANE = 1e-6
-"""Final coordinates this near to a kink count as lying on it."""
-MOST_STEPS = 32
+MOST_STEPS = 100
 MANY_STEPS = Outcome(ITERATION_LIMIT, "The cost still falls along planes of kinks.")
+ON_PLANES = Outcome(CONVERGED, "No step lowers the cost, along the planes of kinks or off them.")
 LEAST_GAIN = 1e-6
 """A step counts if it lowers the cost by a larger share than this."""
+NEAR = 3e-3
+"""Planes this near, in normalized coordinates, are tried as well: the cost may rise a little as far
+as a plane, and fall beyond it."""
+DAMPINGS = 1e-6 * 10.0 ** np.arange(14)
+"""Tried in this order, relative to the largest squared column norm of the Jacobian."""
+FAIR_GAIN = 0.5
+"""A step that achieves this share of the predicted decrease is taken at once."""
+MOST_CROSSED = 6
+"""A step may also end on one of so many planes that it crosses first."""
+MOST_CHOICES = 8
+"""So many choices of the sides of planes are tried, where the cost falls to both sides of some."""
 
 
 def along_planes(
-    energy: Energy, found: Descent, descend: Callable[[Energy, Array], Descent]
+    energy: Energy,
+    found: Descent,
+    descend: Callable[[Energy, Array], Descent],
+    deadline: float = math.inf,
 ) -> Descent:
-    """Go on from where a descent ended on planes of kinks, as long as the cost falls along them."""
+    """Go on from where a descent ended on planes of kinks, as long as the cost falls along them.
+
+    ``deadline`` is the value of ``time.perf_counter()`` after which no step is tried.
+    """
     if not energy.text.font.moves_axes or AXES not in energy.unknowns.slices:
         return found
-    for _ in range(MOST_STEPS):
-        if not found.missed or found.state.outcome is OUT_OF_TIME:
-            return found
-        tried = [(_cost(energy, found, x), x) for x in _steps(energy, found.state.x)]
-        cost, x = min(tried, key=lambda one: one[0], default=(np.inf, found.state.x))
-        if not cost < found.state.cost * (1 - LEAST_GAIN):
-            return found
-        found = descend(energy, x).after(found)
-    return found._replace(state=replace(found.state, outcome=MANY_STEPS))
+    steps = 0
+    while not _is_done(found):
+        search = _Search(energy, found, deadline)
+        taken = search.run(MOST_STEPS - steps)
+        steps += taken
+        if taken:
+            found = descend(energy, search.x).after(found)
+        if search.limit is not None:
+            return _ended(found, search.limit)
+        if not found.state.cost < search.cost * (1 - LEAST_GAIN):
+            return _settled(found)
+    return found
 
 
-def _cost(energy: Energy, found: Descent, x: Array) -> float:
-    residual = energy.residual(x)
-    return float(found.problem.cost(residual, x)) if np.isfinite(residual).all() else np.inf
+def _is_done(found: Descent) -> bool:
+    """Whether a descent has converged with every goal met, or has run out of time."""
+    outcome = found.state.outcome
+    if outcome is None or outcome.status != CONVERGED:
+        return outcome is OUT_OF_TIME
+    has_goals = any(result.miss is not None for result in found.results)
+    return has_goals and not found.missed
 
 
-def _steps(energy: Energy, x: Array) -> Iterator[Array]:
-    """Points along the planes of kinks that x lies on, within the bounds.
+def _settled(found: Descent) -> Descent:
+    """A descent beyond whose end no step leads; it has converged, unless a limit ended it."""
+    outcome = found.state.outcome
+    if outcome is None or outcome.status != STALLED:
+        return found
+    return _ended(found, ON_PLANES)
 
-    A step moves one axis, and with it the axis whose final coordinate then stays as it is.
+
+def _ended(found: Descent, outcome: Outcome) -> Descent:
+    return found._replace(state=replace(found.state, outcome=outcome))
+
+
+class _Search:
+    """Steps along planes from the end of a descent.
+
+    Attributes
+    ----------
+    x, cost : (N,) array, float
+        The best place so far.
+    limit : Outcome or None
+        Why the search was ended although it could go on.
     """
-    text = energy.text
-    displacement = text.font.displacement
-    assert displacement is not None
-    theta = energy.by_letter(x)
-    for letter, w in enumerate(theta):
-        final = displacement.value(w)
-        both = {
-            side: displacement.value_and_jacobian(w, np.full(len(w), side))[1]
-            for side in (-1.0, 1.0)
-        }
-        for i, kinks in enumerate(text.word.final_breakpoints):
-            if not (abs(kinks - final[i]) < ON_PLANE).any():
-                continue
-            for j in range(len(w)):
-                for side in (-1.0, 1.0):
-                    slopes = both[side]
-                    if j == i or not (slopes[i, i] and slopes[i, j]):
-                        continue
-                    direction = np.zeros_like(theta)
-                    direction[letter, j] = side
-                    direction[letter, i] = -side * slopes[i, j] / slopes[i, i]
-                    for reach in REACHES:
-                        moved = x + reach * energy.unknowns.flat({AXES: direction})
-                        if ((moved >= energy.lower) & (moved <= energy.upper)).all():
-                            yield moved
+
+    def __init__(self, energy: Energy, found: Descent, deadline: float) -> None:
+        self.energy, self.problem, self.deadline = energy, found.problem, deadline
+        self.x, self.cost = found.state.x, found.state.cost
+        self.chance = np.random.default_rng(0)
+        self.limit: Outcome | None = None
+
+    def run(self, most: int) -> int:
+        """Take steps until none lowers the cost; how many were taken."""
+        for count in range(most):
+            if time.perf_counter() > self.deadline:
+                self.limit = OUT_OF_TIME
+                return count
+            if not self._step():
+                return count
+        self.limit = MANY_STEPS
+        return most
+
+    @property
+    def _least(self) -> float:
+        return max(self.problem.tolerances.absolute_cost, LEAST_GAIN * self.cost)
+
+    def _step(self) -> bool:
+        """Take the first step that helps, from the planes at x or else from those near x."""
+        return any(self._step_from(*start) for start in self._starts())
+
+    def _starts(self) -> Iterator[tuple[Array, Array]]:
+        """Points on planes, and the sides of the kinks of the displacement to which to step."""
+        before = -1
+        for reach in (ON_PLANE, NEAR):
+            snapped_x, on = snapped(self.energy, self.x, reach)
+            near = abs(planes_at(self.energy, snapped_x).gaps) < reach
+            count = int(on.sum() + near.sum())
+            if count == before:
+                return
+            before = count
+            for side in self._sides(snapped_x, on):
+                yield onto(self.energy, snapped_x, side, near), side
+
+    def _step_from(self, x: Array, side: Array) -> bool:
+        model = PlaneModel(self.energy, x, side, self.chance)
+        for upper in self._choices(int(model.concave.sum())):
+            cost, new = self._best(model, x, side, upper)
+            if cost < self.cost - self._least:
+                self.x, self.cost = new, cost
+                return True
+        return False
+
+    def _best(self, model: PlaneModel, x: Array, side: Array, upper: Array) -> tuple[float, Array]:
+        """The lowest cost of steps with more and more damping, and where it is."""
+        start = self._cost(x)
+        best, above = (start, x), max(start - self.cost, 0.0)
+        scale = max(float((model.jacobian**2).sum(0).max()), float(model.weights.max()))
+        for damping in DAMPINGS * (scale or 1.0):
+            d = model.step(upper, damping)
+            predicted = model.decrease(d)
+            if predicted <= self._least + above:
+                break
+            for new in self._ends(model, x, side, d):
+                best = min(best, (self._cost(new), new), key=lambda one: one[0])
+            if start - best[0] > FAIR_GAIN * predicted:
+                break
+        return best
+
+    def _ends(self, model: PlaneModel, x: Array, side: Array, d: Array) -> Iterator[Array]:
+        """The end of a step, and points of it on the planes that it crosses first."""
+        planes = planes_at(self.energy, x, side)
+        speeds = planes.normals.dot(d)
+        stays = model.on & (abs(speeds) <= RADIUS * np.linalg.norm(d))
+        crossed = ~model.on & (planes.gaps * speeds > 0)
+        shares = np.sort(planes.gaps[crossed] / speeds[crossed])
+        for share in (1.0, *shares[shares < 1][:MOST_CROSSED]):
+            new = np.clip(x + share * d, self.energy.lower, self.energy.upper)
+            yield onto(self.energy, new, side, stays)
+
+    def _cost(self, x: Array) -> float:
+        residual = self.energy.residual(x)
+        return self.problem.cost(residual, x) if np.isfinite(residual).all() else np.inf
+
+    def _sides(self, x: Array, on: BoolArray) -> Iterator[Array]:
+        """The sides of the kinks of the displacement that x is on, (N,): 0 off the kinks.
+
+        First the side to which the cost falls most steeply, then the other one for each kink.
+        """
+        energy = self.energy
+        slopes = []
+        for sign in (1, -1):
+            beside = np.clip(x + sign * RADIUS * on, energy.lower, energy.upper)
+            slopes.append(
+                sign * self.problem.half_gradient(energy.residual(x), energy.jacobian(beside), x)
+            )
+        below, above = x <= energy.lower, x >= energy.upper
+        right = ((slopes[0] <= slopes[1]) | below) & ~above
+        side = np.where(on, np.where(right, 1.0, -1.0), 0.0)
+        yield side
+        for i in np.flatnonzero(on & ~below & ~above):
+            yield np.where(np.arange(len(x)) == i, -side, side)
+
+    def _choices(self, count: int) -> Iterator[Array]:
+        """For each of so many planes 0 or 1, in different ways."""
+        if 2**count <= MOST_CHOICES:
+            for chosen in product((0.0, 1.0), repeat=count):
+                yield np.array(chosen)
+        else:
+            yield from self.chance.integers(0, 2, (MOST_CHOICES, count)).astype(float)

@@ -123,7 +123,7 @@ def solve(
         def down(energy: Energy, x: Array) -> Descent:
             return descend(energy, x, tolerances, max_iterations, deadline=deadline)
 
-        return along_planes(energy, down(energy, x), down)
+        return along_planes(energy, down(energy, x), down, deadline)
 
     def run_beyond(energy: Energy, x: Array) -> Descent | None:
         return None if time.perf_counter() > until else run(energy, x)
