@@ -94,17 +94,20 @@ def _pressed_apart(body: Body, text: Text, scene: Scene, time: float) -> Text | 
     return text if deepest(text, obstacles) <= DEEP else None
 
 
-def _moved_out(text: Text, scene: Scene, time: float) -> Text:
-    """The text, in which each letter that overlaps something has left it on the shortest way."""
+def _moved_out(text: Text, scene: Scene, time: float) -> Text | None:
+    """The text, in which each letter that overlaps something has left it; None if one cannot."""
     obstacles = scene.shapes(time)
     offsets = text.place[OFFSETS].copy()
     # A letter that has moved overlaps nothing any more.
-    while deep := [o for o in overlaps(text, obstacles) if _depth(o, text) > DEEP]:
+    for _ in range(1 + len(text.glyphs)):
+        deep = [o for o in overlaps(text, obstacles) if _depth(o, text) > DEEP]
+        if not deep:
+            return text
         letter, own = deep[0].pair[0], letters(text)
         others = [*own[:letter], *own[letter + 1 :], *obstacles]
         offsets[letter] += way_out(own[letter], others)
         text = text.moved_to({**text.place, OFFSETS: offsets.copy()})
-    return text
+    return None
 
 
 def deepest(text: Text, obstacles: Any) -> float:

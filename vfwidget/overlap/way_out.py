@@ -1,4 +1,4 @@
-"""The shortest straight way on which a shape leaves all others, also from deep inside."""
+"""A short straight way on which a shape leaves all others, also from deep inside."""
 
 from __future__ import annotations
 
