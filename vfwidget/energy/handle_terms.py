@@ -49,18 +49,22 @@ class Target(Term):
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
-        return self._toward(self.position)
+        return self._toward(self._goal_at(text))
 
     def rebound(self, known: Term, text: Text) -> Term | None:
-        return self._toward(self.position) if self._has_form_of(known, Target) else None
+        return self._toward(self._goal_at(text)) if self._has_form_of(known) else None
 
-    def _has_form_of(self, known: Term, kind: type[Target]) -> bool:
-        """Whether both terms are of this kind, and differ at most in the position."""
-        # A class derived from the kind may depend on more. bind() refuses wrong values.
-        if not (type(self) is kind and isinstance(known, kind) and type(known) is kind):
+    def _has_form_of(self, known: Term) -> bool:
+        """Whether two targets or two pins differ at most in the position."""
+        # A class derived from these may depend on more. bind() refuses wrong values.
+        if type(self) not in (Target, Pin) or not isinstance(known, Target):
             return False
-        sound = type(self.handle) is Handle and is_number(self.weight)
-        return sound and (self.handle, self.weight) == (known.handle, known.weight)
+        same = type(self) is type(known) and type(self.handle) is Handle and is_number(self.weight)
+        return same and (self.handle, self.weight) == (known.handle, known.weight)
+
+    def _goal_at(self, text: Text) -> Any:
+        """The position, which a term may take from the text."""
+        return self.position
 
     def _toward(self, position: Any) -> Term:
         """The term with this position."""
@@ -103,13 +107,6 @@ class Pin(Target):
 
     position: Any = None
     weight: float = PIN_WEIGHT
-
-    def bind(self, text: Text) -> Term:
-        Term.bind(self, text)
-        return self._toward(self._goal_at(text))
-
-    def rebound(self, known: Term, text: Text) -> Term | None:
-        return self._toward(self._goal_at(text)) if self._has_form_of(known, Pin) else None
 
     def _goal_at(self, text: Text) -> Any:
         return text.position(self.handle) if self.position is None else self.position

@@ -165,7 +165,7 @@ class _Search:
 
     def _ends(self, model: PlaneModel, x: Array, side: Array, d: Array) -> Iterator[Array]:
         """The end of a step, and points of it on the planes that it crosses first."""
-        planes = planes_at(self.energy, x, side)
+        planes = model.planes
         speeds = planes.normals.dot(d)
         stays = model.on & (abs(speeds) <= RADIUS * np.linalg.norm(d))
         crossed = ~model.on & (planes.gaps * speeds > 0)
@@ -183,13 +183,11 @@ class _Search:
 
         First the side to which the cost falls most steeply, then the other one for each kink.
         """
-        energy = self.energy
+        energy, residual = self.energy, self.energy.residual(x)
         slopes = []
         for sign in (1, -1):
-            beside = np.clip(x + sign * RADIUS * on, energy.lower, energy.upper)
-            slopes.append(
-                sign * self.problem.half_gradient(energy.residual(x), energy.jacobian(beside), x)
-            )
+            jacobian = energy.jacobian(np.clip(x + sign * RADIUS * on, energy.lower, energy.upper))
+            slopes.append(sign * self.problem.half_gradient(residual, jacobian, x))
         below, above = x <= energy.lower, x >= energy.upper
         right = ((slopes[0] <= slopes[1]) | below) & ~above
         side = np.where(on, np.where(right, 1.0, -1.0), 0.0)

@@ -127,8 +127,10 @@ class PlaneModel:
 
     Attributes
     ----------
+    planes : Planes
+        All planes of the energy, K' of them.
     on : (K',) array of bool
-        Which planes of the energy x lies on.
+        Which of these x lies on.
     normals : (K, N) array
         Those planes.
     low, high : (N,) arrays
@@ -138,14 +140,14 @@ class PlaneModel:
     """
 
     def __init__(self, energy: Energy, x: Array, side: Array, chance: np.random.Generator) -> None:
-        planes = planes_at(energy, x, side)
+        self.planes = planes = planes_at(energy, x, side)
         self.on = (abs(planes.gaps) < ON_PLANE) & (abs(planes.normals) > FLAT).any(1)
         self.normals = planes.normals[self.on]
         self.low = np.where(side > 0, 0.0, energy.lower - x)
         self.high = np.where(side < 0, 0.0, energy.upper - x)
         self.residual = energy.residual(x)
         weights, reference = energy.proximity
-        self.weights, self.pull = np.zeros(len(x)) + weights, weights * (x - reference)
+        self.weights, self.pull = weights, weights * (x - reference)
         self._fit(energy, x, chance)
         self.jumps = self.changes.dot(self.residual)
 

@@ -289,8 +289,7 @@ def _explain(
     worst = max(missed, key=lambda result: result.shortfall)
     held = ends_reached(text, active)
     held += [str(met) for met in boundaries if not met.crossed]
-    nearest = f"{worst.term.label()} is missed by {worst.term.missed_by(worst.miss or 0.0)}"
-    return f"{nearest}; {', '.join(held)}" if held else nearest
+    return f"{worst.missed}; {', '.join(held)}" if held else worst.missed
 
 
 def ends_reached(text: Text, active: Array) -> list[str]:

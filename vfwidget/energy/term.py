@@ -248,6 +248,11 @@ class TermResult(NamedTuple):
         """By how many times its tolerance the goal is missed."""
         return (self.miss or 0.0) / (self.term.tolerance or 1.0)
 
+    @property
+    def missed(self) -> str:
+        """By how much its goal is missed, in words."""
+        return f"{self.term.label()} is missed by {self.term.missed_by(self.miss or 0.0)}"
+
 
 def _check_numbers(weight: Any, tolerance: Any) -> None:
     if not (is_number(weight) and 0 < weight < math.inf):

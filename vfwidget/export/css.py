@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-SHORTEST = 15
-"""Most decimals of a duration in seconds."""
+MOST_DECIMALS = 15
+"""Of a duration in seconds."""
 
 
 def declarations(
@@ -55,7 +55,7 @@ def number(value: float, decimals: int = 5) -> str:
 def seconds(duration: float) -> str:
     """A duration in CSS and SVG, with six digits also if it is very short."""
     digits = 5 - math.floor(math.log10(duration)) if duration > 0 else 5
-    return f"{number(duration, min(max(digits, 5), SHORTEST))}s"
+    return f"{number(duration, min(max(digits, 5), MOST_DECIMALS))}s"
 
 
 def identifier(text: str) -> str:

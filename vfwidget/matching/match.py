@@ -19,7 +19,7 @@ from .images import Levels, noise_variance, part, shrink
 from .looks import View
 from .placement import place_on_ink, read_placement
 from .scene import Scene, State
-from .start import best_apart, boxes_around, candidates, felt, rank, readings, settled
+from .start import best_apart, boxes_around, candidates, moving_axes, rank, readings, settled
 
 STAGES = ((48, 6), (96, 3))
 """Pixels of the longer side, and how many starts are fitted at them, before the last stage."""
@@ -238,7 +238,7 @@ class Search:
             # A picture with fewer pixels than axes cannot decide which of two fits is better.
             return path
         path = [*path, *self._other_glyphs(path[-1])]
-        movable = felt(self.text.moved(path[-1].theta)).any(0)
+        movable = moving_axes(self.text.moved(path[-1].theta)).any(0)
         if settings.theta is None and movable.sum() >= MANY:
             self.progress("hops")
             path.append(self._hop(path[-1]))
@@ -273,7 +273,7 @@ class Search:
         """
         lower, upper = self.text.font.bounds
         options = self.settings.options
-        chance, movable = np.random.default_rng(0), felt(self.text.moved(best.theta))
+        chance, movable = np.random.default_rng(0), moving_axes(self.text.moved(best.theta))
         found = fit(self._picture(HOP_SIDE, best), options, HOP_ITERATIONS)
         for _ in range(HOPS):
             if found.loss < PERFECT:

@@ -50,7 +50,7 @@ def without_idle(text: Text, thetas: Array) -> Array:
     Such an axis may still choose the glyphs, so it stays in the box in which they are these.
     """
     boxes = np.array([text.composition.bounds_at(theta) for theta in thetas])
-    return np.where(felt(text), thetas, np.clip(0.0, boxes[:, 0], boxes[:, 1]))
+    return np.where(moving_axes(text), thetas, np.clip(0.0, boxes[:, 0], boxes[:, 1]))
 
 
 def boxes_around(text: Text) -> list[tuple[int, Box]]:
@@ -65,7 +65,7 @@ def boxes_around(text: Text) -> list[tuple[int, Box]]:
     return [(letter, box) for _, letter, box in found[:MOST_AROUND]]
 
 
-def felt(text: Text) -> BoolArray:
+def moving_axes(text: Text) -> BoolArray:
     """Which axes move a point, (parameters, n)."""
     by_letter = np.array(
         [
@@ -85,7 +85,7 @@ def settled(text: Text, theta: Array) -> Array:
     A fit may come from elsewhere, and would leave such an axis at any value.
     """
     here = text.moved(theta)
-    there = text.moved(np.where(felt(here), theta, text.coordinates))
+    there = text.moved(np.where(moving_axes(here), theta, text.coordinates))
     points = [one.point_set().positions(one.place) for one in (here, there)]
     return there.coordinates if np.array_equal(*points) else theta
 

@@ -6,6 +6,7 @@ letters away.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..energy.energy import Energy
 from ..errors import MotionError, MotionWarning, warn_caller
 from ..overlap.overlaps import Overlap, overlaps
 from ..overlap.resolve import resolve_overlaps
-from ..overlap.shape import letters
+from ..overlap.shape import Shape, letters
 from ..overlap.way_out import way_out
 from ..solver.problem import Tolerances
 from ..text import Text
@@ -100,10 +101,11 @@ def _moved_out(text: Text, scene: Scene, time: float) -> Text | None:
     offsets = text.place[OFFSETS].copy()
     # A letter that has moved overlaps nothing any more.
     for _ in range(1 + len(text.glyphs)):
-        deep = [o for o in overlaps(text, obstacles) if _depth(o, text) > DEEP]
+        own = letters(text)
+        deep = [o for o in overlaps(text, obstacles) if _depth(o, own) > DEEP]
         if not deep:
             return text
-        letter, own = deep[0].pair[0], letters(text)
+        letter = deep[0].pair[0]
         others = [*own[:letter], *own[letter + 1 :], *obstacles]
         offsets[letter] += way_out(own[letter], others)
         text = text.moved_to({**text.place, OFFSETS: offsets.copy()})
@@ -112,15 +114,16 @@ def _moved_out(text: Text, scene: Scene, time: float) -> Text | None:
 
 def deepest(text: Text, obstacles: Any) -> float:
     """The depth of the deepest overlap, in font units."""
-    return max((_depth(overlap, text) for overlap in overlaps(text, obstacles)), default=0.0)
+    own = letters(text)
+    return max((_depth(overlap, own) for overlap in overlaps(text, obstacles)), default=0.0)
 
 
-def _depth(overlap: Overlap, text: Text) -> float:
-    """How deep an overlap is, in font units.
+def _depth(overlap: Overlap, own: Sequence[Shape]) -> float:
+    """How deep an overlap is, in font units; ``own`` are the shapes of the letters.
 
     The outlines of shapes that lie exactly on each other have no depth. Such an overlap counts as
     deep as its area is wide on average, which is less than the depth of any other overlap.
     """
-    segments = letters(text)[overlap.pair[0]].segments
+    segments = own[overlap.pair[0]].segments
     length = np.hypot(*np.diff(segments, axis=1).T).sum()
     return max(overlap.depth, overlap.area / max(length, 1.0))

@@ -318,11 +318,7 @@ class _Search:
         found = solution_of(self.push, ended._replace(state=state, earlier=self.steps))
         values = {field.name: getattr(found, field.name) for field in fields(found)}
         blocked = () if free else tuple(ends_reached(self.text, found.active))
-        missed = [
-            f"{one.term.label()} is missed by {one.term.missed_by(one.miss)}"
-            for one in found.terms[1:]
-            if one.miss is not None and not one.met
-        ]
+        missed = [one.missed for one in found.terms[1:] if not one.met]
         if not free:
             late = time.perf_counter() > self.until
             why = "the time limit was reached" if late else "no free state was found"
