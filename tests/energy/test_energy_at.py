@@ -44,6 +44,39 @@ def assert_same(found: Energy, expected: Energy) -> None:
     assert results[0] == results[1]
 
 
+def test_beyond_a_boundary_the_rows_of_those_glyphs_are_kept() -> None:
+    upright = vf.Text("recursive", "k", {"slnt": -13, "CRSV": 0.5})
+    italic = upright.at({"slnt": -15, "CRSV": 1})
+    assert upright.glyphs[0].name != italic.glyphs[0].name
+
+    def pull(text: vf.Text) -> list[vf.Term]:
+        return [vf.Target(text.handle(0, 0, 1), (100, 200)), vf.StayClose(1e-3)]
+
+    there = energy_of(italic, pull(italic))
+    found = energy_of(upright, pull(upright)).at(italic, pull(italic))
+    assert found._compiled is there._compiled
+    assert_same(found, Energy(italic, pull(italic)))
+    locked = energy_of(upright, pull(upright), locks=("wght",)).at(italic, pull(italic))
+    assert_same(locked, Energy(italic, pull(italic), locks=("wght",)))
+
+
+@pytest.mark.parametrize("name", vf.bundled_fonts())
+def test_at_the_ends_of_axes_derivatives_are_those_into_the_range(name: str) -> None:
+    text = vf.Text(name, "a")
+    energy = Energy(text, [vf.Target(text.handle(0, 0, 1, 0.25), (100, 200))])
+    lower, upper = text.font.bounds
+    kinks = energy.kinks
+    assert ((kinks > lower[:, None]) & ((kinks < upper[:, None]) | (kinks == np.inf))).all()
+    rng = np.random.default_rng(5)
+    for _ in range(40):
+        x = np.where(rng.random(len(lower)) < 0.5, lower, upper)
+        x = np.where(rng.random(len(x)) < 0.3, rng.uniform(lower, upper), x)
+        for i in range(len(x)):
+            step = (1e-6 if x[i] < upper[i] else -1e-6) * (np.arange(len(x)) == i)
+            slope = (energy.residual(x + step) - energy.residual(x)) / step[i]
+            np.testing.assert_allclose(energy.jacobian(x)[:, i], slope, rtol=1e-5, atol=1e-4)
+
+
 @pytest.mark.parametrize("options", [{}, {"locks": ("CASL",)}, {"free": ("axes", "offsets")}])
 def test_a_goal_that_moves(text: vf.Text, options: dict[str, Any]) -> None:
     first = energy_of(text, terms(text, 10), **options)

@@ -163,3 +163,23 @@ def test_merging_keeps_every_region_once_and_in_its_place(supports):
             (deltas @ spread) @ Regions(merged).scalars(here),
             deltas @ Regions(support).scalars(here),
         )
+
+
+@pytest.mark.parametrize(
+    ("side", "upper", "slope"),
+    [
+        ((0, 0.5, 1), 0.0, 0.0),  # Values beyond the upper end are never reached.
+        ((0, 0.5, 1), 0.5, 2.0),
+        ((-1, -0.5, 0), 0.0, -2.0),
+        ((-1, -1, 0), 0.0, -1.0),
+        ((0, 1, 1), 1.0, 1.0),
+        ((0, 0.5, 1), 1.0, -2.0),
+    ],
+)
+def test_at_the_upper_end_of_a_coordinate_the_slope_is_that_from_the_left(side, upper, slope):
+    one = np.array([0])
+    slots = Regions([[side]]).of_letters(one, one, np.array([upper]))
+    height, found = slots.along(np.array([upper]))
+    assert found[0, 0] == slope
+    before = slots.along(np.array([upper - 1e-6]))[0]
+    assert height[0] - before[0] == pytest.approx(1e-6 * slope)

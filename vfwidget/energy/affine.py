@@ -88,12 +88,16 @@ class AffineRows:
     Attributes
     ----------
     kinks : (parameters · n, q) array
-        Where the rows have kinks, padded with infinity.
+        Where the rows have kinks, padded with infinity. The ends of an axis are none: there the
+        derivative is that into its range.
+    moved_by : (parameters · n,) bool array
+        Which axes move a row.
     """
 
     def __init__(self, word: Word, terms: Sequence[AffineTerm]) -> None:
         # The key of the cache names the points by their id, so they have to stay alive.
         self._word, self._kept = word, [term.points for term in terms]
+        self._ends = [np.tile(ends, word.parameters) for ends in word.font.bounds]
         self._sums = _Sums(terms)
         self._straight = _straight(terms, word.parameters * len(word.font.axes))
         self._points = points = _joined(self._kept)
@@ -109,7 +113,7 @@ class AffineRows:
             self._varied, regions = np.nonzero(varied)
             self._advance_deltas = varied[self._varied, regions]
             vectors = np.zeros_like(self._varied) if word.shared else self._varied
-            self._advance_slots = word.regions.of_letters(vectors, regions)
+            self._advance_slots = word.regions.of_letters(vectors, regions, self._ends[1])
         self._arrange([self._gain_by(k) for k in range(word.parameters)])
         self._latest: tuple[bytes, tuple[Array, Array]] | None = None
 
@@ -161,8 +165,11 @@ class AffineRows:
             self._at[:, i] = i * height + which
         place, within = np.nonzero(self._regions < none)
         letters, regions = self._vectors[place], self._regions[place, within]
-        self._slots = slots = word.regions.of_letters(letters, regions)
-        self.kinks = padded_table(slots.kinks(word.parameters * n))
+        self._slots = slots = word.regions.of_letters(letters, regions, self._ends[1])
+        kinks = slots.kinks(word.parameters * n)
+        self.moved_by = np.array([len(values) > 0 for values in kinks])
+        inner = [k[(low < k) & (k < high)] for k, low, high in zip(kinks, *self._ends, strict=True)]
+        self.kinks = padded_table(inner)
         self._used = np.flatnonzero(slots.used)
         self._scalars_at = (place * width + within) * (n + 1) + n
         self._slopes_at = (self._scalars_at[:, None] - n + slots.axis % n).ravel()[self._used]

@@ -12,9 +12,10 @@ from ..arrays import Array, to_array
 from ..errors import SolveError
 from ..solver.problem import Proximity, is_number
 from ..text import Text
-from ..text.place import Block, Unknowns
+from ..text.place import AXES, Block, Unknowns
 from .rows import PointRows, Rows, too_few_points
 from .term import Term
+from .word_terms import StayClose
 
 
 def bound(term: Term, text: Text) -> Term:
@@ -149,6 +150,13 @@ def proximity_of(term: Term, text: Text, unknowns: Unknowns) -> Proximity | None
             f"shape, weights ≥ 0 and a reference, all of them finite; received {own!r:.200}."
         )
     return Proximity(weights, reference)
+
+
+def proximity_around(term: Term, pull: Proximity | None, unknowns: Unknowns) -> Proximity | None:
+    """The proximity of a bound term whose form is that of another one, which has this proximity."""
+    if pull is None or not isinstance(term, StayClose):
+        return None
+    return Proximity(pull.weights, unknowns.flat({AXES: to_array(term.theta)}))
 
 
 def miss_of(term: Term, residual: Array) -> float | None:

@@ -8,16 +8,23 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, BoolArray, to_array
+from ..arrays import Array, BoolArray
 from ..errors import AxisError, SolveError
 from ..solver.problem import Proximity, check_size
 from ..text import Text
 from ..text.place import AXES, OFFSETS, TRACKING, Unknowns
 from .affine import AffineTerm, compiled
-from .checked import all_blocks, bound, located, miss_of, no_terms, proximity_of
+from .checked import (
+    all_blocks,
+    bound,
+    located,
+    miss_of,
+    no_terms,
+    proximity_around,
+    proximity_of,
+)
 from .rows import PointRows, wrong_rows
 from .term import MET, Term, TermResult
-from .word_terms import StayClose
 
 
 class Energy:
@@ -50,6 +57,8 @@ class Energy:
         Padded with infinity.
     proximity : Proximity
         The energy contains Σ weights · (x − reference)².
+    options : tuple
+        ``free``, ``locks`` and ``followers``.
     constant : float
         What the energy contains besides, because terms pull one unknown to different references.
     moves : bool
@@ -85,7 +94,7 @@ class Energy:
         none = locks is None or (type(locks) is tuple and not locks)
         self._locks = None if none else self._read_locks(locks)
         # Copies: a list may change later.
-        self._options = tuple(free), () if none else tuple(locks), followers
+        self.options = tuple(free), () if none else tuple(locks), followers
         self._check_size()
         self._set_bounds()
         self._pulls = [proximity_of(term, text, unknowns) for term in self.terms]
@@ -94,22 +103,26 @@ class Energy:
         self.moves = any(term.moving for term in self.terms)
         self._compile()
         self.has_form = not self._others and self._rebound(text, terms) is not None
+        if self.has_form and not followers:
+            text.word.latest_energy = self
 
     def at(self, text: Text, terms: Sequence[Term]) -> Energy:
         """An energy with the same free blocks and locks, at another place of the text.
 
         If the terms differ from those of this energy only in their goals, as in a drag, what is
-        compiled is kept.
+        compiled is kept. For other glyphs it is that of the latest energy of those glyphs.
         """
-        kept = self._rebound(text, terms) if self.has_form else None
+        known = self if text.word is self.text.word else text.word.latest_energy
+        alike = known is not None and known.has_form and known.options == self.options
+        kept = known._rebound(text, terms) if alike else None
         if kept is None:
-            return Energy(text, terms, *self._options)
+            return Energy(text, terms, *self.options)
         other = object.__new__(Energy)
-        other.__dict__.update(self.__dict__)
-        other.text, other.terms, other.unknowns = text, kept, self.unknowns.at(text.blocks)
+        other.__dict__.update(known.__dict__)
+        other.text, other.terms, other.unknowns = text, kept, known.unknowns.at(text.blocks)
         other._check_size()
         other._set_bounds()
-        other._pulls = list(map(_around, kept, self._pulls, repeat(other.unknowns)))
+        other._pulls = list(map(proximity_around, kept, self._pulls, repeat(other.unknowns)))
         other._collect_proximity()
         # The rows of compiled terms are not asked again.
         other._set_constant(
@@ -139,14 +152,9 @@ class Energy:
             kept.append(found)
         return kept
 
-    def is_over(self, free: Collection[str], locks: Collection[str]) -> bool:
-        """Whether the energy has these free blocks and locks, and no followers."""
-        mine, locked, followers = self._options
-        return not followers and _are(free, mine) and _are(locks, locked)
-
     def _check_size(self) -> None:
         """Refuse too many terms: most have at least one residual, and each takes memory later."""
-        tied = self._options[2] * len(self.text.font.axes) if AXES in self.unknowns.slices else 0
+        tied = self.options[2] * len(self.text.font.axes) if AXES in self.unknowns.slices else 0
         check_size(len(self.terms), len(self.unknowns.start) - tied)
 
     def _set_bounds(self) -> None:
@@ -178,10 +186,10 @@ class Energy:
         return single if self._locks is None else single | self._locks
 
     def _each(self, by_axis: Any) -> BoolArray:
-        """A truth value for each axis, (n,), as one for each unknown, (N,)."""
+        """Truth values for each axis, (n,), or entry of Θ, as one for each unknown, (N,)."""
         found = np.zeros(len(self.unknowns.start), dtype=bool)
         if AXES in self.unknowns.slices:
-            found[self.unknowns.slices[AXES]] = np.tile(by_axis, self.text.word.parameters)
+            found[self.unknowns.slices[AXES]] = np.resize(by_axis, self.text.coordinates.size)
         return found
 
     def _collect_proximity(self) -> None:
@@ -258,8 +266,15 @@ class Energy:
         return self._kinks
 
     @property
+    def varied(self) -> BoolArray:
+        """Which unknowns, (N,), are axes that affect a term."""
+        known = None if self._others else self._compiled
+        moved = np.isfinite(self.text.word.kinks).any(1) if known is None else known.moved_by
+        return self._each(moved)
+
+    @property
     def all_kinks(self) -> Array:
-        """As :attr:`kinks`, also of axes that affect no term."""
+        """As :attr:`kinks`, also of axes that affect no term, and with those at ends of axes."""
         return self.unknowns.kinks(self.text.word.kinks)
 
     def by_unknowns(self, slopes: Array) -> Array:
@@ -375,22 +390,6 @@ class Energy:
                 cost += float(away.dot(pull.weights * away))
             found.append(TermResult(term, miss, cost))
         return found
-
-
-def _are(given: Any, tags: tuple[str, ...]) -> bool:
-    """Whether what a caller gives are these strings, in a tuple or a list."""
-    if given is tags:
-        return True
-    # Arrays are not equal as a whole.
-    listed = type(given) in (tuple, list) and all(type(tag) is str for tag in given)
-    return listed and tuple(given) == tags
-
-
-def _around(term: Term, pull: Proximity | None, unknowns: Unknowns) -> Proximity | None:
-    """The proximity of a term whose form is that of another one, which has this proximity."""
-    if pull is None or not isinstance(term, StayClose):
-        return None
-    return Proximity(pull.weights, unknowns.flat({AXES: to_array(term.theta)}))
 
 
 def _joined(parts: Sequence[Array]) -> Array:

@@ -206,11 +206,9 @@ def _other_places(energy: Energy, count: int) -> Iterator[Array]:
 
     Only axes that affect some term are varied.
     """
-    slices, start = energy.unknowns.slices, energy.unknowns.start
-    if AXES not in slices:
+    start, varied = energy.unknowns.start, energy.varied
+    if not varied.any():
         return
-    varied = np.zeros(len(start), dtype=bool)
-    varied[slices[AXES]] = np.isfinite(energy.kinks[slices[AXES]]).any(1)
     chance = np.random.default_rng(0)
     lower, upper = energy.lower[varied], energy.upper[varied]
     for _ in range(count):

@@ -49,13 +49,24 @@ def energy_of(
             return TiedEnergy(whole, leaders) if AXES in whole.unknowns.slices else whole
     # A drag asks for the same energy at every event, with another goal.
     latest: Energy | None = text.word.latest_energy
-    if latest is not None and latest.is_over(free, locks):
-        energy = latest.at(text, terms)
-    else:
-        energy = Energy(text, terms, free, locks)
-    if energy.has_form:
-        text.word.latest_energy = energy
-    return energy
+    if latest is not None and _is_over(latest, free, locks):
+        return latest.at(text, terms)
+    return Energy(text, terms, free, locks)
+
+
+def _is_over(energy: Energy, free: Collection[str], locks: Collection[str]) -> bool:
+    """Whether an energy has these free blocks and locks, and no followers."""
+    known, locked, followers = energy.options
+    return not followers and _are(free, known) and _are(locks, locked)
+
+
+def _are(given: Any, tags: tuple[str, ...]) -> bool:
+    """Whether what a caller gives are these strings, in a tuple or a list."""
+    if given is tags:
+        return True
+    # Arrays are not equal as a whole.
+    listed = type(given) in (tuple, list) and all(type(tag) is str for tag in given)
+    return listed and tuple(given) == tags
 
 
 def _leaders(ties: Ties, letters: int) -> IntArray:
@@ -166,6 +177,11 @@ class TiedEnergy(Energy):
     def at(self, text: Text, terms: Sequence[Term]) -> Energy:
         """As :meth:`Energy.at`."""
         return TiedEnergy(self._whole.at(text, terms), self._leaders)
+
+    @property
+    def varied(self) -> BoolArray:
+        """As :attr:`Energy.varied`."""
+        return np.bincount(self._source, self._whole.varied) > 0
 
     @property
     def locked(self) -> BoolArray:

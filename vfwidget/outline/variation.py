@@ -75,9 +75,14 @@ class Slots:
         False for idle slots.
     sides : (m, q, 3) array
         Start, peak and end of each slot.
+    upper : (n,) array, optional
+        The upper end of each coordinate, where only the derivative from the left exists.
+        Default: 1 for all.
     """
 
-    def __init__(self, axis: IntArray, used: BoolArray, sides: Array) -> None:
+    def __init__(
+        self, axis: IntArray, used: BoolArray, sides: Array, upper: Array | None = None
+    ) -> None:
         self.axis, self.used, self.sides = axis, used, sides
         start, peak, end = np.moveaxis(sides, -1, 0)
         rise = np.where(peak > start, peak - start, 1.0)
@@ -88,13 +93,15 @@ class Slots:
         self._falling = np.stack([end / fall, -1 / fall])
         # Where a line begins to hold. On a kink it is the one to the right; at the upper end of
         # the axis, where there is nothing to the right, it is the one to the left.
+        top = 1.0 if upper is None else upper[axis]
         self._start = np.where(used, start - ON_KINK, -np.inf)
-        self._peak = np.where(used & (peak < 1), peak - ON_KINK, np.inf)
-        self._end = np.where(used & (end < 1), end - ON_KINK, np.inf)
+        self._start = np.where(used & (start >= top) & ~starts_at_peak, np.inf, self._start)
+        self._peak = np.where(used & (peak < top), peak - ON_KINK, np.inf)
+        self._end = np.where(used & (end < top), end - ON_KINK, np.inf)
         # A support that ends (or starts) at its peak drops from 1 to 0 there, but is 1 at the
         # peak itself: its line holds until just beyond it.
         self._peak = np.where(ends_at_peak, np.inf, np.where(starts_at_peak, -np.inf, self._peak))
-        self._end = np.where(ends_at_peak & (end < 1), end + ON_KINK, self._end)
+        self._end = np.where(ends_at_peak & (end < top), end + ON_KINK, self._end)
         q = axis.shape[1]
         # The other slots of each slot, (q, q - 1).
         self._others = np.nonzero(~np.eye(q, dtype=bool))[1].reshape(q, q - 1)
@@ -217,18 +224,20 @@ class Regions(Slots):
         gamma, slopes = self.scalars_and_slopes(w, toward)
         return gamma, (slopes[..., None, :] @ like(self.one_hot, w))[..., 0, :]
 
-    def of_letters(self, letters: IntArray, regions: IntArray) -> Slots:
+    def of_letters(self, letters: IntArray, regions: IntArray, upper: Array) -> Slots:
         """Regions of letters with coordinates of their own, as functions of flat Θ.
 
         Parameters
         ----------
         letters, regions : (m',) int arrays
             The i-th result is region ``regions[i]`` at the coordinates of letter ``letters[i]``.
+        upper : (size of Θ,) array
+            As for :class:`Slots`.
         """
         used = self.used[regions]
         q = max(1, int(used.sum(1).max(initial=0)))
         axis = self.axis[regions, :q] + (self.support.shape[1] * letters)[:, None]
-        return Slots(axis, used[:, :q], self.sides[regions, :q])
+        return Slots(axis, used[:, :q], self.sides[regions, :q], upper)
 
 
 def _at(values: Any, index: IntArray) -> Any:

@@ -69,15 +69,20 @@ class DenseQuadratic(NamedTuple):
 
     def slope(self, d: Array) -> Array:
         """The gradient at d, (n,). Entries that hold only rounding errors are 0."""
-        slope: Array = self.gradient + self.matrix.dot(d)
-        return _without_noise(slope, abs(self.gradient).max())
+        return _without_noise(self.gradient + self.matrix.dot(d), self._size)
+
+    @property
+    def _size(self) -> float:
+        """The size of the terms that add up to a slope."""
+        return max(map(abs, self.gradient.tolist()))
 
     def newton(self, d: Array, free: BoolArray) -> tuple[Array, Array]:
         """The step from d to the minimiser over the free variables, and the slope after it."""
         at = free.nonzero()[0]
+        slope = self.gradient + self.matrix.dot(d)
         step = np.zeros(len(d))
-        step[at] = _solve(self.matrix[at[:, None], at], -self.slope(d)[at])
-        slope = self.slope(d + step)
+        step[at] = _solve(self.matrix[at[:, None], at], -slope[at])
+        slope = _without_noise(slope + self.matrix.dot(step), self._size)
         slope[at] = 0.0
         return step, slope
 
