@@ -123,16 +123,19 @@ def check(font: vf.Font, referee: HarfBuzz, name: str, places: np.ndarray) -> No
 class Typesetter:
     """HarfBuzz as a whole: glyphs and origins of a line at a location, with its default features.
 
-    HarfBuzz rounds advance widths to font units. Here fontTools gives them unrounded.
+    HarfBuzz rounds advance widths to font units. Here fontTools gives them unrounded. HarfBuzz also
+    rounds the extents of outlines by which it places marks, unless ``exact_extents`` is set.
     """
 
     SCALE = 1024
 
-    def __init__(self, ttfont: TTFont) -> None:
+    def __init__(self, ttfont: TTFont, exact_extents: bool = False) -> None:
         self._ttfont = ttfont
         # fontTools would read tables in another way once HarfBuzz's copy is written.
         self._axes = [axis.axisTag for axis in ttfont["fvar"].axes]
         self._plain = HarfBuzz(ttfont).font
+        # HarfBuzz does not round the extents of slanted outlines; this slant moves none.
+        self._plain.synthetic_slant = 1e-9 if exact_extents else 0.0
         self._font = hb.Font(self._plain)
         functions = hb.FontFuncs()
         functions.set_glyph_h_advance_func(lambda _f, glyph_id, _d: self._advance(glyph_id))

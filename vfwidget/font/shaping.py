@@ -30,6 +30,9 @@ TABLES = (
 """Tables that HarfBuzz needs for shaping. Advance widths come from this package."""
 OUTLINES = ("glyf", "loca", "gvar", "CFF ", "CFF2")
 """Where HarfBuzz uses no GPOS, it places marks by the extents of the outlines."""
+UNROUNDED = 1e-9
+"""A slant that moves no point. HarfBuzz rounds the extents of outlines to font units, unless these
+are slanted, and rounded extents have no derivative."""
 LINE_BREAK = re.compile("\r\n|\r|\n")
 """What separates the lines of a text. Fonts have glyphs for these characters, which are blank."""
 SCRIPT_LIST, FEATURE_LIST = 4, 6
@@ -54,8 +57,8 @@ class ShapedRow:
     rtl : tuple of bool
         Whether the glyph belongs to a run from right to left.
     by_extents : bool
-        Whether the extents of outlines may place marks: the font has no GPOS table, or HarfBuzz
-        does not use it for a run.
+        Whether the extents of outlines may place marks: a run has marks, and the font has no GPOS
+        table or HarfBuzz does not use it for the run.
     positions : (l, 3) array
         Advance width, x offset and y offset of each glyph, in font units.
     """
@@ -93,6 +96,7 @@ class Shaper:
         self._face = hb.Face.create_for_tables(self._table, None)
         # The functions of the second font replace those of the first.
         self._outlines = hb.Font(self._face)
+        self._outlines.synthetic_slant = UNROUNDED
         self._font = hb.Font(self._outlines)
         functions = hb.FontFuncs()
         functions.set_glyph_h_advance_func(self._tell_advance)
@@ -174,7 +178,9 @@ class Shaper:
                     positions += buffer.glyph_positions
                     lines += [number] * len(buffer)
                     rtl += [run.rtl] * len(buffer)
-                    by_extents |= self._ignores_gpos(buffer.script)
+                    by_extents |= self._ignores_gpos(buffer.script) and _has_marks(
+                        line[run.start : run.end]
+                    )
             failure, self._failure = self._failure, None
             if failure is not None:
                 # The face may lack a table.
@@ -268,6 +274,13 @@ class Shaper:
         # Ranges count from the start of the string, as clusters do.
         hb.shape(self._font, buffer, options.feature_values)
         return buffer
+
+
+@lru_cache
+def _has_marks(characters: str) -> bool:
+    """Whether some characters are combining marks, or HarfBuzz may split them into such."""
+    parts = unicodedata.normalize("NFKD", characters)
+    return any(unicodedata.category(part).startswith("M") for part in parts)
 
 
 def _lines(string: str) -> Iterator[tuple[int, str]]:

@@ -17,28 +17,31 @@ locations with the true advances, so that text which this form does not describe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, BoolArray, IntArray, to_array
+from ..arrays import Array, BoolArray, IntArray
 from ..errors import TextError
 from ..font import Font
-from ..font.settings import Box, Settings
+from ..font.settings import Settings
 from ..font.shaping import SCALE, ShapedRow
 from ..font.shaping_options import ShapingOptions
 from ..limits import limits
 from ..outline.glyph import Glyph
 from ..outline.variation import Regions, merge_regions
+from .locations import final, places_in
 from .memo import Memo
 
 TOLERANCE = 1e-5
 """Greatest difference from HarfBuzz in ems, for each number of each glyph."""
-BY_EXTENTS = 2.0
-"""Font units: where marks are placed by extents, HarfBuzz rounds these to whole units."""
+BY_EXTENTS = 5e-4
+"""The same where marks are placed by the extents of outlines, because at some locations another
+point may be the extreme one. HarfBuzz by itself rounds these extents, which moves a mark by up to
+one font unit more, and each further mark of a stack by up to one again."""
 WITHOUT_ANCHORS = (
     "The font has no anchors for this mark, so HarfBuzz places it by the extents of outlines. "
     "Write the letter with its mark as one character, remove the mark, or use a font with anchors."
@@ -48,12 +51,6 @@ REMEDY = (
     "features."
 )
 """What to do about glyphs that cannot be placed."""
-MOST_TRIED = 2000
-"""Random locations among which those in a setting are found where axes move others."""
-CHECKS = 3
-"""Locations at which a fitted layout is compared with HarfBuzz."""
-GRID = 16384
-"""HarfBuzz rounds normalized coordinates to 1/16384, so text is shaped at multiples of that."""
 INDEPENDENT = 1e-6
 """A row of scalars that differs from all combinations of others by less adds nothing to them."""
 
@@ -197,9 +194,10 @@ def fit_layout(
     rng = np.random.default_rng(0)
     row = settings.rows[index]
     support = _positioning_support(font, row)
-    places, fresh = _places(font, settings, index, support, rng)
-    scalars = np.insert(Regions(support).scalars(_final(font, places)), 0, 1.0, axis=1)
-    chosen = _independent_rows(scalars)
+    places, fresh = places_in(font, settings, index, support, rng)
+    scalars = np.insert(Regions(support).scalars(final(font, places)), 0, 1.0, axis=1)
+    # Where other points become the extreme ones, the error is spread over all locations.
+    chosen = np.arange(len(places)) if row.by_extents else _independent_rows(scalars)
 
     def shape(w: Array, advance: Callable[[int], float]) -> Array:
         shaped = font.shape_at(string, w, options, advance)
@@ -222,12 +220,12 @@ def fit_layout(
     for w in fresh:
         width = _widths(font, w)
         expected = _origins(row, shape(w, width))
-        gamma = Regions(layout.support).scalars(_final(font, w))
+        gamma = Regions(layout.support).scalars(final(font, w))
         found = layout.base + layout.deltas @ gamma
         found[:, 0] += layout.pushed @ np.array([width(g) for g in row.glyph_ids])
         off = np.abs(found - expected).max(1)
-        rounding = BY_EXTENTS if row.by_extents else len(expected) / (2 * SCALE)
-        if off.max() > TOLERANCE * font.units_per_em + rounding:
+        tolerance = BY_EXTENTS if row.by_extents else TOLERANCE
+        if off.max() > tolerance * font.units_per_em + len(expected) / (2 * SCALE):
             worst = min(int(off.argmax()), len(row.glyph_ids) - 1)
             raise TextError(
                 f"HarfBuzz places the glyph {font.glyph_names[row.glyph_ids[worst]]!r} of "
@@ -335,46 +333,6 @@ def _positioning_support(font: Font, row: ShapedRow) -> Array:
     glyphs = [font.glyph(glyph_id) for glyph_id in row.glyph_ids]
     outlines = [g.affine.support for g in glyphs if g.is_affine]
     return merge_regions([font.positioning_support, *outlines])[0]
-
-
-def _places(
-    font: Font, settings: Settings, index: int, support: Array, rng: np.random.Generator
-) -> tuple[Array, Array]:
-    """Locations in a setting: some to choose from for shaping, and a few more for comparison."""
-    peaks, count = support[:, :, 1], len(support) + 8
-    if not font.moves_axes:
-        boxes = settings.boxes(index)
-        within = [_on_grid(peaks.clip(*box), box) for box in boxes]
-        random = _random_places(boxes, count + CHECKS, rng)
-        return np.concatenate([*within, random[CHECKS:]]), random[:CHECKS]
-    # The boxes are in other coordinates than the locations, so locations are tried.
-    whole = font.bounds
-    tried = _on_grid(rng.uniform(*whole, (MOST_TRIED, len(whole[0]))), whole)
-    tried = np.concatenate(
-        [tried, _on_grid(peaks.clip(*whole), whole), np.zeros((1, len(whole[0])))]
-    )
-    inside = settings.row_at(_final(font, tried)) == index
-    found = tried[inside][: 4 * count + CHECKS]
-    if not len(found):
-        raise TextError("No location was found at which the text has some of its glyphs.")
-    return found, found[:CHECKS]
-
-
-def _final(font: Font, w: Array) -> Array:
-    """The coordinates at which the font's regions apply, in the shape of w (..., n)."""
-    return to_array(font.final_coordinates(w)) if font.moves_axes else w
-
-
-def _random_places(boxes: Sequence[Box], count: int, rng: np.random.Generator) -> Array:
-    """Random locations in a setting, (count, n), each box in its turn."""
-    turns = [boxes[i % len(boxes)] for i in range(count)]
-    return np.array([_on_grid(rng.uniform(*box), box) for box in turns])
-
-
-def _on_grid(w: Array, box: Box) -> Array:
-    """The nearest coordinates inside a box that HarfBuzz does not round."""
-    lower, upper = (np.ceil(box[0] * GRID), np.floor(box[1] * GRID))
-    return np.round(w * GRID).clip(lower, upper) / GRID
 
 
 def _independent_rows(matrix: Array) -> IntArray:
