@@ -12,6 +12,7 @@ from tqdm.auto import tqdm
 from ..arrays import Array
 from ..errors import MotionError, MotionWarning, SolveError, warn_caller
 from ..text import Text
+from ..text.colours import as_drawn
 from ..text.inputs import read_flag
 from ..text.place import AXES, OFFSETS, ROTATIONS, Place
 from .animation import Animation
@@ -152,8 +153,8 @@ def simulate(
     """
     if not isinstance(text, Text):
         raise MotionError(f"simulate needs a Text first; received {type(text).__name__}.")
-    letters = len(text.glyphs)
-    if not any(glyph.contours for glyph in text.glyphs):
+    letters, drawn = len(text.glyphs), as_drawn(text)
+    if not any(glyph.contours for glyph in drawn.glyphs):
         raise MotionError(f"The text {text.string!r} has no outlines, so nothing can move.")
     steps = read_count("steps", steps)
     auto = isinstance(substeps, str) and substeps == "auto"
@@ -176,8 +177,8 @@ def simulate(
     pushes = read_impulses(impulses, letters, rotations)
     outside = _Influences(text, over_time(rest), over_time(forces))
     outside.at(0.0)
-    scene = Scene(text, over_time(obstacles))
-    body = Body(text, masses, positions, rotations)
+    scene = Scene(drawn, over_time(obstacles))
+    body = Body(drawn, masses, positions, rotations)
     start = apart(body, scene)
     laws = replace(
         laws, stiffness=laws.stiffness * body.inertia, damping=laws.damping * body.inertia
@@ -360,7 +361,7 @@ class _Run:
         places, penetration, energy = zip(*self.frames, strict=True)
         times = self.laws.frame * np.arange(len(places))
         return Animation(
-            self.body.text.moved_to(places[0]),
+            self.outside.text.moved_to(places[0]),
             times,
             np.array([place[AXES] for place in places]),
             np.array([place[OFFSETS] for place in places]),

@@ -258,6 +258,46 @@ class Joined(Varying):
         return xp.concatenate(values, -2), xp.concatenate(jacobians, -3)
 
 
+class Reordered(Varying):
+    """An outline whose points are in another order.
+
+    Parameters
+    ----------
+    outline : Varying
+        Of shape (k, 2).
+    order : (k,) int array
+        The point of ``outline`` that stands at each place.
+    """
+
+    def __init__(self, outline: Varying, order: IntArray) -> None:
+        self.outline, self.order = outline, order
+        self.shape = outline.shape
+
+    @property
+    def axis_count(self) -> int:
+        """See :attr:`Varying.axis_count`."""
+        return self.outline.axis_count
+
+    @property
+    def breakpoints(self) -> list[Array]:
+        """See :attr:`Varying.breakpoints`."""
+        return self.outline.breakpoints
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the quantity's arrays, in bytes."""
+        return self.outline.nbytes
+
+    def value(self, w: Any) -> Any:
+        """See :meth:`Varying.value`."""
+        return self.outline.value(w)[..., self.order, :]
+
+    def value_and_jacobian(self, w: Any, toward: Any = None) -> tuple[Any, Any]:
+        """See :meth:`Varying.value_and_jacobian`."""
+        value, jacobian = self.outline.value_and_jacobian(w, toward)
+        return value[..., self.order, :], jacobian[..., self.order, :, :]
+
+
 def _matrices(t: Any) -> list[Any]:
     """A = R S K, and its derivatives by rotation, scales and skews, each (..., 2, 2)."""
     xp = namespace(t)

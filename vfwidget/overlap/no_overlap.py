@@ -17,6 +17,7 @@ from ..energy.rows import Rows
 from ..errors import OverlapError
 from ..solver.problem import is_number
 from ..text import Text
+from ..text.colours import as_drawn
 from ..text.memo import Memo
 from ..text.points import PointSet
 from .collisions import Collisions, collisions
@@ -86,16 +87,22 @@ class NoOverlap(Term):
         shapes = tuple(read_obstacles(self.obstacles))
         if not (shapes or self.between_glyphs):
             raise OverlapError("NoOverlap needs obstacles, or between_glyphs=True.")
-        return replace(self, _shapes=shapes, _text=text, _latest=Memo(KEPT))
+        return replace(self, _shapes=shapes, _text=as_drawn(text), _latest=Memo(KEPT))
 
     @property
     def shapes(self) -> tuple[Shape, ...]:
         """The obstacles, once the term is bound to a text."""
         return self._shapes
 
+    @property
+    def text(self) -> Text:
+        """The text with the outlines that are visible, once the term is bound to it."""
+        text: Text = self._text
+        return text
+
     def points(self, text: Text) -> PointSet:
-        """All control points."""
-        return text.point_set()
+        """All control points of the outlines that are visible."""
+        return as_drawn(text).point_set()
 
     def locate(self, text: Text) -> Rows | None:
         """The residual with the planes that are found at ``text``."""
@@ -103,9 +110,10 @@ class NoOverlap(Term):
 
     def with_planes(self, text: Text) -> Rows | None:
         """The residual with the planes at ``text``, which are kept."""
-        own, others = letters(text), list(self._shapes)
+        drawn, others = as_drawn(text), list(self._shapes)
+        own = letters(drawn)
         nearby = collisions(own, others, self.between_glyphs, self.gap)
-        planes = find_planes(own, others, nearby, text.word.contours, self.gap)
+        planes = find_planes(own, others, nearby, drawn.word.contours, self.gap)
         return Term.locate(replace(self, _planes=planes), text)
 
     def residual(self, points: Array, theta: Array) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import OverlapError
 from ..text import Text
+from ..text.colours import as_drawn
 from .collisions import collisions
 from .common_area import Common
 from .contacts import nearest, sampled
@@ -58,7 +59,8 @@ class Overlap:
 def overlaps(text: Text, obstacles: Any = ()) -> list[Overlap]:
     """The overlaps between the letters of a text, and between its letters and obstacles.
 
-    Contours of one letter may overlap each other; that is no overlap.
+    Contours of one letter may overlap each other; that is no overlap. A colour glyph is what its
+    layers cover, whatever their colours.
 
     Parameters
     ----------
@@ -89,7 +91,7 @@ def overlaps(text: Text, obstacles: Any = ()) -> list[Overlap]:
     """
     if not isinstance(text, Text):
         raise OverlapError(f"overlaps needs a Text first; received {type(text).__name__}.")
-    own, others = letters(text), read_obstacles(obstacles)
+    own, others = letters(as_drawn(text)), read_obstacles(obstacles)
     found = collisions(own, others)
     return [
         _overlap(found.common, p, own[i], others[j] if obstacle else own[j], (i, j), obstacle)

@@ -17,6 +17,7 @@ from ..outline.contours import Contours
 from ..outline.cubics import chord
 from ..outline.monotone import coefficients
 from ..text import Text
+from ..text.colours import as_drawn
 
 CLOSED = 1e-6
 """Largest distance between the end of a contour and its start, relative to its size."""
@@ -133,7 +134,7 @@ def read_obstacles(obstacles: Any) -> list[Shape]:
 
 def _read(obstacle: Any, name: str) -> Shape:
     if isinstance(obstacle, Text):
-        contours = [to_array(segments) for segments in obstacle.segments()]
+        contours = [to_array(segments) for segments in as_drawn(obstacle).segments()]
     elif hasattr(obstacle, "contours"):
         contours = list(obstacle.contours)
     elif _dimensions(obstacle) == 2:

@@ -66,7 +66,8 @@ class Room:
     """
 
     def __init__(self, energy: Energy, keep: NoOverlap) -> None:
-        self.energy, self.text, self.keep = energy, energy.text, keep
+        # Colour glyphs have other outlines here than in the energy.
+        self.energy, self.text, self.keep = energy, keep.text, keep
         self.proximity = energy.proximity
         self.points = self.text.point_set()
         self._positions: Memo[Array] = Memo(KEPT)

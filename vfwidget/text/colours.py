@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,20 @@ def shapes(text: Any) -> list[Shape]:
             fill = layer.paint.at(w).placed(origin, rotation)
             found.append(Shape(layer.glyph.contours.split(outline), fill))
     return joined(found)
+
+
+def as_drawn(text: Any) -> Any:
+    """A text whose outlines are those that are visible: colour glyphs have those of their layers.
+
+    It has the unknowns of the text, and stands at the same place. Without colour glyphs it is the
+    text itself.
+    """
+    composition = text.composition.as_drawn
+    if composition is text.composition:
+        return text
+    drawn = copy(text)
+    drawn.composition, drawn.word = composition, composition.word_at(text.coordinates)
+    return drawn
 
 
 def without_crossings(shape: Shape) -> Shape:

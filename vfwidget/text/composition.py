@@ -47,6 +47,8 @@ class Composition:
         Distance between the baselines of two lines, in font units. Default: ascender minus
         descender.
     options : ShapingOptions
+    drawn : bool
+        Whether the outlines of colour glyphs are those of their layers. Default False.
 
     Attributes
     ----------
@@ -68,12 +70,13 @@ class Composition:
         shared: bool,
         line_height: float | None,
         options: ShapingOptions,
+        drawn: bool = False,
     ) -> None:
         self.font, self.string, self.shared = font, string, read_flag("shared", shared)
         if line_height is None:
             line_height = font.ascender - font.descender
         self.line_height = read_length("line_height", line_height)
-        self.options = options
+        self.options, self.drawn = options, drawn
         self._layouts = layouts(font, string, self.options)
         self._words: Memo[Word] = Memo()
         self.corresponding: Memo[tuple[int, float]] = Memo(1024)
@@ -82,10 +85,20 @@ class Composition:
 
     def regrouped(self, shared: bool) -> Composition:
         """The same string with axes shared by all letters, or not."""
-        return Composition(self.font, self.string, shared, self.line_height, self.options)
+        arguments = self.font, self.string, shared, self.line_height, self.options, self.drawn
+        return Composition(*arguments)
+
+    @cached_property
+    def as_drawn(self) -> Composition:
+        """The same string with the outlines of the layers of colour glyphs."""
+        glyph_ids = {glyph_id for row in self.settings.rows for glyph_id in row.glyph_ids}
+        if self.drawn or not any(self.font.glyph(one).layers for one in glyph_ids):
+            return self
+        arguments = self.font, self.string, self.shared, self.line_height, self.options
+        return Composition(*arguments, drawn=True)
 
     def __reduce__(self) -> Any:
-        arguments = self.font, self.string, self.shared, self.line_height, self.options
+        arguments = self.font, self.string, self.shared, self.line_height, self.options, self.drawn
         return Composition, arguments
 
     def __deepcopy__(self, memo: Any) -> Composition:

@@ -15,6 +15,7 @@ from ..font.shaping import LINE_BREAK
 from ..outline.composed import Composed
 from ..outline.contours import Contours
 from ..outline.cubics import bernstein
+from ..outline.drawn import as_drawn
 from ..outline.variation import Regions, merge_regions, selection
 from ..outline.varying import Affine
 from .handle import Handle
@@ -64,7 +65,10 @@ class Word:
         self.layouts = tuple(layouts)
         self.glyph_ids = tuple(layout.row.glyph_ids[i] for i, layout in enumerate(layouts))
         self.clusters = layouts[0].row.clusters
-        self.glyphs: tuple[Glyph, ...] = tuple(self.font.glyph(g) for g in self.glyph_ids)
+        glyphs = map(self.font.glyph, self.glyph_ids)
+        self.glyphs: tuple[Glyph, ...] = tuple(
+            map(as_drawn, glyphs) if composition.drawn else glyphs
+        )
         self.letter_names = _letter_names(self.string, self.clusters, self.glyphs)
         self.is_affine = all(glyph.is_affine for glyph in self.glyphs)
         supports = [layout.support for layout in layouts]
