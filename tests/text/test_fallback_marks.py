@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from functools import cache
 
+import colour_fonts
 import fonts
 import formats
 import numpy as np
 import pytest
+import varc_fonts
 from layout_table import difference, locations
 from referee import Typesetter
 
@@ -193,3 +196,29 @@ def test_marks_over_a_space_without_gpos() -> None:
     text, setter = vf.Text(data, "n \u0301"), Typesetter(open_font(data), exact_extents=True)
     for w in locations(text.font, 20):
         assert difference(text.at(theta=w), setter.line("n \u0301", w)) < 0.02
+
+
+@pytest.mark.parametrize("mark", ["a", "b"])
+@pytest.mark.parametrize(
+    "build",
+    [colour_fonts.coloured, colour_fonts.flat_colours, varc_fonts.varc],
+    ids=["COLR 1", "COLR 0", "VARC"],
+)
+def test_extents_of_glyphs_in_other_tables(build: Callable[[], bytes], mark: str) -> None:
+    """HarfBuzz takes the clip box of a glyph with colours, or the extents of its layers."""
+    ttfont = fonts.open_font(build())
+    for table in ttfont["cmap"].tables:
+        table.cmap[0x301] = mark
+    data = formats.saved(ttfont)
+    font, setter = vf.load_font(data), Typesetter(fonts.open_font(data))
+    for letter in ("a", "b", "c", "d", "e"):
+        if ord(letter) not in ttfont.getBestCmap():
+            continue
+        string = letter + "\u0301"
+        try:
+            text = vf.Text(font, string)
+        except vf.TextError as error:
+            assert "no anchors for this mark" in str(error)
+            continue
+        for w in locations(font, 30):
+            assert difference(text.at(theta=w), setter.line(string, w)) < 1.5

@@ -28,8 +28,8 @@ TABLES = (
     *("GDEF", "GSUB", "GPOS", "kern", "morx", "kerx", "ankr", "feat"),
 )
 """Tables that HarfBuzz needs for shaping. Advance widths come from this package."""
-OUTLINES = ("glyf", "loca", "gvar", "CFF ", "CFF2")
-"""Where HarfBuzz uses no GPOS, it places marks by the extents of the outlines."""
+OUTLINES = ("glyf", "loca", "gvar", "CFF ", "CFF2", "VARC", "COLR", "CPAL")
+"""Where HarfBuzz uses no GPOS, it places marks by the extents of what these tables draw."""
 UNROUNDED = 1e-9
 """A slant that moves no point. HarfBuzz rounds the extents of outlines to font units, unless these
 are slanted, and rounded extents have no derivative."""
