@@ -245,3 +245,16 @@ def test_a_small_miss_is_not_said_to_be_zero() -> None:
     found = vf.solve(text, Ratio(), restarts=0)
     assert "missed by 0.012 font units" in found.message
     assert "0.012" in found.report().split("axis")[0]
+
+
+@pytest.mark.parametrize("free", ["offsets", "tracking"])
+@pytest.mark.parametrize("aligned", [True, False])
+def test_letters_stay_where_they_are_if_moving_them_changes_no_area(free: str, aligned: bool):
+    text = vf.Text("afacad-flux", "AHno", axes={"wght": 860, "slnt": 8.8})
+    terms: list[vf.Term] = [vf.Area(1_516_817)]
+    if aligned:
+        terms.append(vf.SharedX([text.nearest(200, 700), text.nearest(1500, 500)]))
+    solution = vf.solve(text, terms, free=[free])
+    assert solution.status == "unreachable"
+    assert abs(solution.place["offsets"]).max() < 2000
+    assert abs(solution.place["tracking"]).max() < 2000

@@ -15,6 +15,9 @@ from ..text.place import AXES
 from ..text.points import PointSet
 from .autodiff import value_of
 
+NOISE = 1e-10
+"""A derivative counts as zero below this share of the terms that add up to it."""
+
 
 @dataclass(frozen=True)
 class Derivative:
@@ -115,9 +118,7 @@ class PointRows:
                 jacobian[:, slices[AXES]] = flat @ moves.reshape(positions.size, theta.size)
             for name, block in self.points.by_block.items():
                 if name in slices:
-                    jacobian[:, slices[name]] = flat @ block.reshape(
-                        positions.size, block.shape[-1]
-                    )
+                    jacobian[:, slices[name]] = _summed(flat, block.reshape(positions.size, -1))
         if by.theta is not None and AXES in slices:
             jacobian[:, slices[AXES]] += by.theta.reshape(size, theta.size)
         jacobian *= self.root
@@ -179,6 +180,17 @@ class PointRows:
                 f"(r, {', '.join(map(str, shape))}); received {got}."
             )
         return array
+
+
+def _summed(by_points: Array, moves: Array) -> Array:
+    """Derivatives (r, u) by unknowns without bounds, by the chain rule; rounding errors are 0.
+
+    A letter that is moved as a whole often changes nothing, the inked area for instance. The
+    rounding errors that the sum leaves would send it away by billions of units.
+    """
+    found: Array = by_points @ moves
+    found[abs(found) <= NOISE * (abs(by_points) @ abs(moves))] = 0.0
+    return found
 
 
 def wrong_rows(kind: str, rows: int, residuals: int) -> SolveError:
