@@ -10,6 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import vfwidget as vf
+from vfwidget.solver.derivatives import CentralDifferences
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -413,3 +414,15 @@ def test_a_column_too_small_to_square_is_left_alone() -> None:
     )
     assert found.converged
     assert found.x[1] == pytest.approx(2)
+
+
+def test_differences_are_exact_at_bounds_and_kinks_too() -> None:
+    def residual(x):
+        return np.stack([np.exp(x[..., 0]), np.sin(3 * x[..., 1]) + abs(x[..., 1] - 0.5)], -1)
+
+    start = np.array([1.0, 0.5])
+    lower, upper = np.array([1.0, -1.0]), np.array([2.0, 0.5])
+    found = CentralDifferences(residual, start, lower, upper, np.array([[np.inf], [0.5]]))
+    for x in ([1.0, 0.5], [2.0, -1.0], [1 + 2e-6, 0.5 - 1e-8]):
+        exact = np.diag([np.exp(x[0]), 3 * np.cos(3 * x[1]) - 1])
+        assert found(np.array(x)) == pytest.approx(exact, abs=1e-8)

@@ -17,6 +17,10 @@ VISIBLE = 1e4 * float(np.finfo(float).eps)
 """A change of the residual below this share of it is lost in rounding errors."""
 WIDER = 10.0
 """The factor by which a step is lengthened if the change is lost."""
+ROUNDED = 8 * float(np.finfo(float).eps)
+"""A second difference below this share of the residual is a rounding error."""
+EVEN = 1e-3
+"""A difference is central if x is no farther from its middle than this share of half its width."""
 
 
 def forward_mode(residual: Callable[[Any], Any], x: Any) -> Any:
@@ -84,6 +88,13 @@ class CentralDifferences:
             width = (after - before)[..., i, None]
             high, low = to_array(self._residual(after)), to_array(self._residual(before))
             slope: Array = (high - low) / np.where(width > 0, width, 1)
+            middle = (before + after) / 2
+            aside = 2 * (x - middle)[..., i, None]
+            if abs(aside).max() > EVEN * width.max():
+                # The slope is that in the middle. A parabola gives the one at x.
+                bend = high - 2 * to_array(self._residual(middle)) + low
+                bend = np.where(abs(bend) > ROUNDED * (abs(high) + abs(low)), bend, 0.0)
+                slope = slope + 2 * bend * aside / np.where(width > 0, width, 1) ** 2
             if best is not None and not np.isfinite(slope).all():
                 # The residual ends within the longer step.
                 return best
