@@ -243,3 +243,38 @@ def test_letters_between_walls_that_close_are_not_thrown_out(
     speed = np.linalg.norm(np.diff(pressed.positions, axis=0), axis=2).max() * 60
     assert speed < 5 * max(speeds)
     assert pressed.penetration.max() < 0.5
+
+
+def closing(speed):
+    """Two walls that close in on letters from both sides, until they touch."""
+
+    def walls(time):
+        room = max(900.0 - speed * time, 0.0)
+        return [
+            rectangle(500 - room - 400, -600, 500 - room, 1500),
+            rectangle(500 + room, -600, 500 + room + 400, 1500),
+        ]
+
+    return walls
+
+
+def test_letters_that_walls_squeeze_out_are_named():
+    text = vf.Text("recursive", "OO")
+    options = {"obstacles": closing(2000), "positions": True}
+    with pytest.warns(vf.MotionWarning, match=r"squeezed letter [01] \('O'\) out at .* frame"):
+        thrown = simulated(text, 32, **options)
+    speeds = np.linalg.norm(np.diff(thrown.positions, axis=0), axis=2).max(1) * 60
+    assert speeds.max() > 10 * 2000
+
+
+def test_letters_that_have_room_or_fall_fast_are_not_called_squeezed(recwarn):
+    text = vf.Text("recursive", "OO")
+    simulated(text, 20, obstacles=closing(700), positions=True)
+    # Forces and impulses explain the speed, while an obstacle creeps.
+    options = {"obstacles": closing(1), "positions": True}
+    simulated(text, 10, forces=(0, -4e5), **options)
+    simulated(text, 10, impulses=[(0.05, (0, 5e4))], **options)
+    # A letter that an obstacle covers when it appears is moved out at once.
+    bars = [rectangle(-3000, -1000, 3000, 1000), rectangle(9000, 0, 9100, 100)]
+    simulated(text, 6, obstacles=lambda time: bars[1:] if time < 0.05 else bars, positions=True)
+    assert not [one for one in recwarn if "squeezed" in str(one.message)]
