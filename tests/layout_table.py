@@ -32,6 +32,11 @@ unrounded advance widths as vfwidget and works at a scale of 1024 steps a font u
 "Whole units" compares with HarfBuzz at its own settings, which round advance widths to whole font
 units.
 
+HarfBuzz places the marks of a font without GPOS by the extents of outlines, which it rounds to font
+units. vfwidget does not round them, so its marks differ by up to a font unit for each mark of a stack.
+A position may differ by another half thousandth of the em, because at some locations another point
+of the outline is the extreme one. vfwidget refuses a text for which it finds a larger difference.
+
 This command repeats the measurement: `python tests/layout_table.py`.
 
 | Font | Texts | Wrong glyphs | Refused | Default features | Kerning off | Whole units |
