@@ -118,7 +118,8 @@ class PointRows:
                 jacobian[:, slices[AXES]] = flat @ moves.reshape(positions.size, theta.size)
             for name, block in self.points.by_block.items():
                 if name in slices:
-                    jacobian[:, slices[name]] = _summed(flat, block.reshape(positions.size, -1))
+                    moves_by = block.reshape(positions.size, block.shape[-1])
+                    jacobian[:, slices[name]] = _summed(flat, moves_by)
         if by.theta is not None and AXES in slices:
             jacobian[:, slices[AXES]] += by.theta.reshape(size, theta.size)
         jacobian *= self.root
