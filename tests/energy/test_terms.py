@@ -258,3 +258,23 @@ def test_letters_stay_where_they_are_if_moving_them_changes_no_area(free: str, a
     assert solution.status == "unreachable"
     assert abs(solution.place["offsets"]).max() < 2000
     assert abs(solution.place["tracking"]).max() < 2000
+
+
+@pytest.mark.parametrize("free", [["axes"], ["axes", "offsets"]])
+def test_the_offset_of_a_letter_adds_nothing_to_the_width_of_a_line(free: list[str]):
+    text = vf.Text("afacad-flux", "AHn").moved_to(
+        {**vf.Text("afacad-flux", "AHn").place, "offsets": np.array([[0.0, 0], [0, 0], [90, 0]])}
+    )
+    width = text.advance() + 40
+    solution = vf.solve(text, vf.Width(width), free=free)
+    assert solution.status == "converged"
+    assert solution.text.advance() == pytest.approx(width, abs=0.5)
+
+
+def test_a_term_without_points_may_be_solved_over_offsets():
+    class Sum(vf.Term):
+        def residual(self, points, theta):
+            return theta.sum().reshape(1)
+
+    text = vf.Text("afacad-flux", "AHn", axes={"wght": 700})
+    assert vf.solve(text, Sum(), free=["offsets"]).iterations == 0

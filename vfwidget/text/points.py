@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, IntArray, like, namespace, rotation_matrices, rows_of
+from ..arrays import Array, BoolArray, IntArray, like, namespace, rotation_matrices, rows_of
 from .origins import RIGHT
 from .place import AXES, OFFSETS, TRACKING
 
@@ -68,6 +68,8 @@ class PointSet(ABC):
     def by_block(self) -> dict[str, Array]:
         """The derivative (p, 2, size) by the blocks in which the points are linear."""
         own = np.eye(len(self.word.glyphs))[self.letter]
+        if self._fixed is not None:
+            own[self._fixed] = 0
         offsets = np.eye(2)[None, :, None, :] * own[:, None, :, None]
         return {
             OFFSETS: offsets.reshape(len(own), 2, 2 * own.shape[1]),
@@ -79,9 +81,18 @@ class PointSet(ABC):
         """The derivative of the points by the tracking, (p, 2)."""
         return self.word.origins.gaps[self.origin, None] * RIGHT
 
+    @cached_property
+    def _fixed(self) -> BoolArray | None:
+        """Which points are ends of lines, (p,), which no offset moves; None if none is."""
+        ends: BoolArray = self.origin >= len(self.word.glyphs)
+        return ends if ends.any() else None
+
     def _displacement(self, place: Values) -> Any:
         """What the offsets and the tracking add, (p, 2)."""
-        return rows_of(place[OFFSETS], self.letter) + place[TRACKING][0] * self._by_tracking
+        offsets = rows_of(place[OFFSETS], self.letter)
+        if self._fixed is not None:
+            offsets = offsets * like(~self._fixed[:, None], offsets)
+        return offsets + place[TRACKING][0] * self._by_tracking
 
     @abstractmethod
     def some(self, which: IntArray) -> PointSet:

@@ -305,8 +305,7 @@ class Text(Exports):
 
     def advance(self) -> float:
         """Width of the text, in font units: that of its longest line."""
-        ends = self.positions(self.word.ends, self._theta)
-        return float((ends - self._offsets[self.word.ends.letter])[:, 0].max())
+        return float(self.positions(self.word.ends, self._theta)[:, 0].max())
 
     def handle(self, glyph: int = 0, contour: int = 0, segment: int = 0, t: float = 0.0) -> Handle:
         """A point of the outline, by where it lies on it.
