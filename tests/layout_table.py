@@ -33,9 +33,10 @@ unrounded advance widths as vfwidget and works at a scale of 1024 steps a font u
 units.
 
 HarfBuzz places the marks of a font without GPOS by the extents of outlines, which it rounds to font
-units. vfwidget does not round them, so its marks differ by up to a unit for each mark of a stack.
-A position may differ by another half thousandth of the em, because at some locations another point
-of the outline is the extreme one. vfwidget refuses a text for which it finds a larger difference.
+units. vfwidget does not round them. At some locations another point of the outline may be the
+extreme one. vfwidget compares several hundred locations, and refuses a text in which a mark stands
+more than a thousandth of the em from its position in HarfBuzz, or more than half of that without
+rounding.
 
 This command repeats the measurement: `python tests/layout_table.py`.
 

@@ -151,6 +151,12 @@ def many_locations(text: vf.Text) -> np.ndarray:
         ("recursive", "r\u0301"),
         ("recursive", "\xe3\u0308\u0301"),
         ("roboto-flex", "\xfc\u0304"),
+        # Only the rounding of HarfBuzz moved these, by 1.3 to 1.8 per mille.
+        ("afacad-flux", "P\u0301\u0301\u0300"),
+        ("dynapuff", "B\u0308\u0304\u0304"),
+        ("recursive", "M\u0308\u0300\u0301"),
+        ("shantell-sans", "J\u0309\u0309"),
+        ("shantell-sans", "Q\u0304\u0300\u0308"),
     ],
 )
 def test_marks_that_stood_elsewhere_are_right_or_refused(name: str, string: str) -> None:
@@ -163,7 +169,7 @@ def test_marks_that_stood_elsewhere_are_right_or_refused(name: str, string: str)
     except vf.TextError as error:
         assert "no anchors for this mark" in str(error)
         return
-    assert max(difference(t, setter.line(string, t.theta.numpy()[0])) for t in texts) < 2
+    assert max(difference(t, setter.line(string, t.theta.numpy()[0])) for t in texts) < 1.01
 
 
 @pytest.mark.parametrize("marks", [1, 2, 3])
@@ -185,10 +191,9 @@ def test_accepted_stacks_stand_where_harfbuzz_puts_them(name: str, marks: int) -
             w = moved.theta.numpy()[0]
             assert difference(moved, exact.line(string, w)) < 0.6
             # HarfBuzz by itself rounds the extents to units.
-            off = difference(moved, rounding.line(string, w))
-            assert off < (1 if marks == 1 else 0.6 + marks * 1000 / font.units_per_em)
-    if name == "dynapuff":  # None of its extreme points change.
-        assert accepted == 12
+            assert difference(moved, rounding.line(string, w)) < 1.01
+    if name == "dynapuff":  # None of its extreme points change, so only rounding is in the way.
+        assert accepted == 12 if marks == 1 else accepted > 6
 
 
 def test_marks_over_a_space_without_gpos() -> None:

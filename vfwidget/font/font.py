@@ -381,11 +381,11 @@ class Font(DesignSpace):
         w: Array,
         options: ShapingOptions,
         advance: Callable[[int], float],
-        by_grapheme: bool = False,
+        **how: bool,
     ) -> ShapedRow:
         """The glyphs of a string at w (n,), with their positions; see :meth:`Shaper.shape`."""
         final = self._displacement.value(w) if self._displacement else w
-        return self._shaper.shape(string, final, options, advance, by_grapheme)
+        return self._shaper.shape(string, final, options, advance, **how)
 
     def settings(self, string: str, options: ShapingOptions) -> Settings:
         """The rows of glyphs that a string has over the design space; see :class:`Settings`.

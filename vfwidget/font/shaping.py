@@ -96,7 +96,6 @@ class Shaper:
         self._face = hb.Face.create_for_tables(self._table, None)
         # The functions of the second font replace those of the first.
         self._outlines = hb.Font(self._face)
-        self._outlines.synthetic_slant = UNROUNDED
         self._font = hb.Font(self._outlines)
         functions = hb.FontFuncs()
         functions.set_glyph_h_advance_func(self._tell_advance)
@@ -141,6 +140,7 @@ class Shaper:
         options: ShapingOptions,
         advance: Callable[[int], float],
         by_grapheme: bool = False,
+        rounded: bool = False,
     ) -> ShapedRow:
         r"""Shape a text at one location of the design space.
 
@@ -156,6 +156,9 @@ class Shaper:
         by_grapheme : bool
             Whether a cluster is a grapheme with its marks. By default each character has a
             cluster of its own, unless its glyph stands for others as well.
+        rounded : bool
+            Whether the extents that place marks are in whole font units, as in HarfBuzz by
+            itself. Default false.
 
         Raises
         ------
@@ -170,6 +173,7 @@ class Shaper:
         by_extents = False
         with self._lock, self._heard_interrupts():
             self._go_to(w)
+            self._font.synthetic_slant = 0.0 if rounded else UNROUNDED
             self._advance = advance
             for number, (start, line) in enumerate(_lines(string)):
                 for run, script in _script_runs(line, options):

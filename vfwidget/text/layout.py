@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, BoolArray, IntArray
+from ..arrays import Array, BoolArray, IntArray, to_array
 from ..errors import TextError
 from ..font import Font
 from ..font.settings import Settings
@@ -40,8 +40,10 @@ TOLERANCE = 1e-5
 """Greatest difference from HarfBuzz in ems, for each number of each glyph."""
 BY_EXTENTS = 5e-4
 """The same where marks are placed by the extents of outlines, because at some locations another
-point may be the extreme one. HarfBuzz by itself rounds these extents, which moves a mark by up to
-one font unit more, and each further mark of a stack by up to one again."""
+point may be the extreme one."""
+BY_ROUNDED_EXTENTS = 1e-3
+"""The same against HarfBuzz by itself, which rounds these extents to font units. That moves a mark
+by up to one unit, and each further mark of a stack by up to one again."""
 WITHOUT_ANCHORS = (
     "The font has no anchors for this mark, so HarfBuzz places it by the extents of outlines. "
     "Write the letter with its mark as one character, remove the mark, or use a font with anchors."
@@ -199,8 +201,8 @@ def fit_layout(
     # Where other points become the extreme ones, the error is spread over all locations.
     chosen = np.arange(len(places)) if row.by_extents else _independent_rows(scalars)
 
-    def shape(w: Array, advance: Callable[[int], float]) -> Array:
-        shaped = font.shape_at(string, w, options, advance)
+    def shape(w: Array, advance: Callable[[int], float], rounded: bool = False) -> Array:
+        shaped = font.shape_at(string, w, options, advance, rounded=rounded)
         if shaped != row:
             raise TextError(
                 f"HarfBuzz chooses other glyphs for {string!r} at the normalized coordinates "
@@ -217,29 +219,35 @@ def fit_layout(
     starts = np.unique(font.shape_at(string, w, options, lambda _: 0.0, by_grapheme=True).clusters)
     graphemes = starts[np.searchsorted(starts[1:], row.clusters, side="right")]
     layout = _assemble(row, graphemes, fitted, response, support)
-    for w in fresh:
-        width = _widths(font, w)
-        expected = _origins(row, shape(w, width))
-        gamma = Regions(layout.support).scalars(final(font, w))
-        found = layout.base + layout.deltas @ gamma
-        found[:, 0] += layout.pushed @ np.array([width(g) for g in row.glyph_ids])
-        off = np.abs(found - expected).max(1)
-        tolerance = BY_EXTENTS if row.by_extents else TOLERANCE
-        if off.max() > tolerance * font.units_per_em + len(expected) / (2 * SCALE):
-            worst = min(int(off.argmax()), len(row.glyph_ids) - 1)
-            raise TextError(
-                f"HarfBuzz places the glyph {font.glyph_names[row.glyph_ids[worst]]!r} of "
-                f"{string!r} (character {row.clusters[worst]}) in a way that the font's variation "
-                f"data do not state, {off.max():.3g} font units away at the normalized coordinates "
-                f"{w.tolist()}, and vfwidget cannot lay out such text. "
-                + (WITHOUT_ANCHORS if row.by_extents else REMEDY)
-            )
+    gammas = Regions(layout.support).scalars(final(font, fresh))
+    widths = _widths(font, fresh)
+    tolerances = [(False, TOLERANCE)]
+    if row.by_extents:
+        tolerances = [(False, BY_EXTENTS), (True, BY_ROUNDED_EXTENTS)]
+
+    def at(i: int) -> Callable[[int], float]:
+        return lambda g: float(widths(g)[i])
+
+    for i, w in enumerate(fresh):
+        found = layout.base + layout.deltas @ gammas[i]
+        found[:, 0] += layout.pushed @ np.array([widths(g)[i] for g in row.glyph_ids])
+        for rounded, tolerance in tolerances:
+            off = np.abs(found - _origins(row, shape(w, at(i), rounded))).max(1)
+            if off.max() > tolerance * font.units_per_em + len(off) / (2 * SCALE):
+                worst = min(int(off.argmax()), len(row.glyph_ids) - 1)
+                raise TextError(
+                    f"HarfBuzz places the glyph {font.glyph_names[row.glyph_ids[worst]]!r} of "
+                    f"{string!r} (character {row.clusters[worst]}) in a way that the font's "
+                    f"variation data do not state, {off.max():.3g} font units away at the "
+                    f"normalized coordinates {w.tolist()}, and vfwidget cannot lay out such text. "
+                    + (WITHOUT_ANCHORS if row.by_extents else REMEDY)
+                )
     return layout
 
 
-def _widths(font: Font, w: Array) -> Callable[[int], float]:
-    """The advance width at w (n,) of a glyph, by glyph id."""
-    return cache(lambda g: max(float(font.glyph(g).advance_width.value(w)), 0.0))
+def _widths(font: Font, places: Array) -> Callable[[int], Array]:
+    """The advance widths of a glyph at the places (c, n), (c,), by glyph id."""
+    return cache(lambda g: to_array(font.glyph(g).advance_width.value(places)).clip(0.0, None))
 
 
 def _assemble(
