@@ -162,6 +162,22 @@ def test_enormous_coordinates_are_refused(size, shape):
         artwork(shape.format(size))
 
 
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ('<rect width="1e308" height="1e308" transform="scale(9)"/>', "a coordinate of inf"),
+        (
+            '<rect width="3" height="1" transform="rotate(1) matrix(1)"/>',
+            r"matrix\(1\)' cannot be read; ",
+        ),
+        ('<rect width="3" height="1" transform="rotate(a)"/>', r"rotate\(a\)' cannot be read; "),
+    ],
+)
+def test_messages_name_what_is_wrong(body, message):
+    with pytest.raises(vf.OverlapError, match=message):
+        artwork(body)
+
+
 def test_many_shapes_are_joined_at_once():
     """A grid of 400 squares; each square of the second grid lies across one of the first."""
     squares = "".join(

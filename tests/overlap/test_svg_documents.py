@@ -174,6 +174,12 @@ def test_the_size_of_the_document(attributes, scale):
         ("g.g rect{fill:none}", False),
         ("g.g .a{fill:none}", False),
         ("g.h rect{fill:none}", True),
+        ("svg g rect{fill:none}", False),
+        ("g svg rect{fill:none}", True),
+        ("g g rect{fill:none}", True),
+        ("rect rect{fill:none}", True),
+        ("g .x#one.a{fill:none}", False),
+        ("g .y#one.a{fill:none}", True),
         ("#one{fill:red} .a{fill:none} rect{fill:none}", True),
         (".a{fill:red} rect{fill:none}", True),
         (".a{fill:none} .a{fill:red}", True),
@@ -257,6 +263,8 @@ MANY = '<use href="#p"/>' * 2000
         ("<style>" + ".a{fill:red}" * 9_999 + f'</style><rect id="p"/>{MANY}', "9,999 rules"),
         ('<path d="M0 0H9e5" stroke="red" stroke-dasharray="1e-3"/>', "curves"),
         ('<clipPath id="c" clip-path="url(#c)"/><rect clip-path="url(#c)"/>', "uses itself"),
+        (f'<path d="M0 0h9v9{"z" * 20_000}"/>', "19,999 times without a move"),
+        (f'<path d="M0 0h9v9{"zL3 4" * 9_000}"/>', "9,000 times without a move"),
     ],
 )  # fmt: skip
 def test_documents_that_are_refused_at_once(body, message):
@@ -274,9 +282,13 @@ def test_documents_that_are_refused_at_once(body, message):
         "<style>" + "a " * 1_000_000 + "{}</style>" + ONE,
         f'<rect id="p" width="1" height="1" style="{"fill:red;" * 99_999}"/>{MANY[:1600]}',
         f'<rect id="p" width="1" height="1" stroke-dasharray="{"1 " * 99_999}"/>{MANY[:1600]}',
+        "<style>" + ".a .b .c{fill:red}" * 999 + "</style>" + '<g class="b">' * 90
+        + '<g class="c"/>' * 3000 + "</g>" * 90 + ONE,
     ],
-    ids=["a selector", "comments", "a long selector", "a long style", "many dashes"],
-)
+    ids=[
+        "a selector", "comments", "a long selector", "a long style", "many dashes", "deep groups"
+    ],
+)  # fmt: skip
 def test_long_styles_take_no_time(body):
     start = time.perf_counter()
     assert area(body) == pytest.approx(1)

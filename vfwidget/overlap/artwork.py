@@ -156,10 +156,12 @@ def _too_large(what: str) -> str:
 def _check_size(curves: list[Array], placement: tuple[Array, Array]) -> None:
     """Refuse coordinates that are not finite, or with which areas lose all their digits."""
     placed = [abs(segments * placement[0] + placement[1]).max() for segments in curves]
-    largest = max([0.0, *placed, *(abs(segments).max() for segments in curves)])
-    if not (np.isfinite(placed).all() and largest <= LARGEST):
+    # The largest one is NaN if any of them is; the product of infinity and zero is.
+    largest = float(np.max([0.0, *placed, *(abs(segments).max() for segments in curves)]))
+    if not largest <= LARGEST:
+        size = "inf" if math.isnan(largest) else f"{largest:g}"
         raise OverlapError(
-            f"The SVG has a coordinate of {largest:g}; coordinates must be finite and at most "
+            f"The SVG has a coordinate of {size}; coordinates must be finite and at most "
             f"{LARGEST:g}, in SVG units and in font units. Check its transforms and the scale."
         )
 

@@ -18,6 +18,10 @@ from .svg_parts import Drawn, number
 GEOMETRY = frozenset("d points x y x1 y1 x2 y2 cx cy r rx ry width height".split())
 """The attributes that give a shape its form."""
 NUMBER = re.compile(r"[0-9]*\.?[0-9]+")
+CLOSED_AGAIN = re.compile(r"[zZ](?=[\s,]*[^\s,mM])")
+"""A command that closes a subpath, if no move comes after it."""
+MOST_CLOSED = 1_000
+"""Such commands in a path. For each of them the whole path is searched for the last move."""
 
 
 class Painted(NamedTuple):
@@ -62,6 +66,7 @@ def outlines(shapes: Sequence[Drawn]) -> list[Outline]:
         key = (shape.tag, *(part for pair in sorted(form.items()) for part in pair))
         if key not in known:
             check_curves(_stated_curves(form))
+            _check_closed(form.get("d", ""))
             try:
                 known[key] = _subpaths(path_of(shape.tag, form))
             except Exception as error:
@@ -78,6 +83,16 @@ def check_curves(curves: int) -> None:
         raise OverlapError(
             f"The SVG has at least {curves:,} curves, with those around its strokes, and at most "
             f"{limits.svg_curves:,} are read; simplify it or raise vf.limits.svg_curves."
+        )
+
+
+def _check_closed(path: str) -> None:
+    """Refuse a path that would take very long to read."""
+    count = len(CLOSED_AGAIN.findall(path))
+    if count > MOST_CLOSED:
+        raise OverlapError(
+            f"A path of the SVG closes its subpaths {count:,} times without a move, and at most "
+            f"{MOST_CLOSED:,} are read; begin each subpath with M."
         )
 
 

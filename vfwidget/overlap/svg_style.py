@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from typing import NamedTuple
 from xml.etree import ElementTree
 
@@ -42,6 +41,7 @@ class Styles:
         sheets = [element.text or "" for element in root.iter() if tag_of(element) == "style"]
         self._rules = _rules("\n".join(sheets))
         self._known: dict[ElementTree.Element, dict[str, str]] = {}
+        self._reached: dict[ElementTree.Element, list[int]] = {}
 
     def stated(self, element: ElementTree.Element) -> dict[str, str]:
         """Attributes, and the properties that rules and the element's own style give it."""
@@ -58,8 +58,7 @@ class Styles:
 
     def _read(self, element: ElementTree.Element) -> dict[str, str]:
         own = dict(element.attrib)
-        matching = [rule for rule in self._rules if self._matches(rule.parts, element)]
-        declared = [pair for rule in matching for pair in rule.pairs]
+        declared = [pair for rule in self._matching(element) for pair in rule.pairs]
         declared += _pairs(own.get("style", ""))
         important = [pair for pair in declared if pair[1].endswith("!important")]
         for name, value in [*declared, *important]:
@@ -72,27 +71,55 @@ class Styles:
             if value != "inherit" and (name in SHAPING or len(value) <= LONG)
         }
 
-    def _matches(self, selector: Sequence[str], element: ElementTree.Element) -> bool:
-        """Whether a selector matches an element: its last part the element, others those around."""
-        if not self._is(selector[-1], element):
-            return False
-        rest = list(selector[:-1])
-        above = self._parents.get(element)
-        while rest and above is not None:
-            if self._is(rest[-1], above):
-                rest.pop()
-            above = self._parents.get(above)
-        return not rest
+    def _progress(self, element: ElementTree.Element) -> list[int]:
+        """How many parts of each rule, from the outside in, an element and those around it match.
 
-    def _is(self, part: str, element: ElementTree.Element) -> bool:
-        """Whether an element matches one part of a selector, such as ``rect.a``."""
-        match = SIMPLE.fullmatch(part)
-        if match is None or match[1] not in (None, "*", tag_of(element)):
-            return False
-        classes = self._classes.get(element, ())
-        return all(
-            name in classes if kind == "." else name == element.get("id")
-            for kind, name in NAMES.findall(match[2])
+        The last part of a rule is left out. An element continues where the one around it ends, so
+        nothing is compared again for each element inside.
+        """
+        path = []
+        above: ElementTree.Element | None = element
+        while above is not None and above not in self._reached:
+            path.append(above)
+            above = self._parents.get(above)
+        counts = [0] * len(self._rules) if above is None else self._reached[above]
+        for one in reversed(path):
+            facts = self._facts(one)
+            counts = [
+                count + (count < len(rule.parts) - 1 and rule.parts[count].fits(*facts))
+                for count, rule in zip(counts, self._rules, strict=True)
+            ]
+        self._reached[element] = counts
+        return counts
+
+    def _matching(self, element: ElementTree.Element) -> list[_Rule]:
+        """The rules whose last part matches an element, and the others elements around it."""
+        above, facts = self._parents.get(element), self._facts(element)
+        counts = [0] * len(self._rules) if above is None else self._progress(above)
+        return [
+            rule
+            for count, rule in zip(counts, self._rules, strict=True)
+            if count == len(rule.parts) - 1 and rule.parts[-1].fits(*facts)
+        ]
+
+    def _facts(self, element: ElementTree.Element) -> tuple[str, frozenset[str], str | None]:
+        """The type of an element, its classes and its id."""
+        return tag_of(element), self._classes.get(element, frozenset()), element.get("id")
+
+
+class _Part(NamedTuple):
+    """One part of a selector, such as ``rect.a``: the type, the classes and the ids it states."""
+
+    tag: str | None
+    classes: frozenset[str]
+    ids: frozenset[str]
+
+    def fits(self, tag: str, classes: frozenset[str], name: str | None) -> bool:
+        """Whether an element of this type, these classes and this id matches the part."""
+        return (
+            (self.tag is None or self.tag == tag)
+            and self.classes <= classes
+            and all(one == name for one in self.ids)
         )
 
 
@@ -100,7 +127,7 @@ class _Rule(NamedTuple):
     """One selector of a style sheet, its parts from the outside in, and what it declares."""
 
     weight: int
-    parts: list[str]
+    parts: list[_Part]
     pairs: list[tuple[str, str]]
 
 
@@ -109,7 +136,7 @@ def _rules(css: str) -> list[_Rule]:
 
     Selectors of types, classes and ids are read, and those of elements within others.
     """
-    rules = []
+    rules, known = [], dict[str, _Part]()
     for block in _without_comments(css).split("}"):
         selectors, _, body = block.rpartition("{")
         for selector in selectors.split(","):
@@ -117,13 +144,24 @@ def _rules(css: str) -> list[_Rule]:
             if parts and all(SIMPLE.fullmatch(part) for part in parts):
                 types = sum(part[0] not in ".#*" for part in parts)
                 ids, classes = selector.count("#"), selector.count(".")
-                rules.append(_Rule(10_000 * ids + 100 * classes + types, parts, _pairs(body)))
+                weight = 10_000 * ids + 100 * classes + types
+                # A hostile sheet may repeat a part a million times.
+                known |= {part: _part(part) for part in set(parts) - known.keys()}
+                rules.append(_Rule(weight, [known[part] for part in parts], _pairs(body)))
     if len(rules) > MOST_RULES:
         raise OverlapError(
             f"The SVG has {len(rules):,} rules of style, and at most {MOST_RULES:,} are read; "
             "simplify it."
         )
     return sorted(rules, key=lambda rule: rule.weight)
+
+
+def _part(source: str) -> _Part:
+    """A part of a selector, from its text."""
+    tag = re.match(r"[\w-]+", source)
+    names = NAMES.findall(source)
+    classes, ids = (frozenset(name for kind, name in names if kind == sign) for sign in ".#")
+    return _Part(tag[0] if tag else None, classes, ids)
 
 
 def _without_comments(css: str) -> str:

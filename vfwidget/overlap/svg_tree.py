@@ -347,8 +347,10 @@ def _placed(matrix: Array, transform: str | None) -> Array:
         own = Matrix(transform)
         own.render(ppi=96.0)
         numbers = [float(value) for value in (own.a, own.b, own.c, own.d, own.e, own.f)]
-    except Exception as error:
-        raise OverlapError(f"The transform {transform!r:.100} cannot be read: {error}.") from None
+    except Exception:
+        raise OverlapError(
+            f"The transform {transform!r:.100} cannot be read; state it as in translate(3, 4)."
+        ) from None
     inner = np.column_stack([np.reshape(numbers, (3, 2)), [0.0, 0.0, 1.0]])
     return np.asarray(inner @ matrix)
 
