@@ -426,3 +426,38 @@ def test_differences_are_exact_at_bounds_and_kinks_too() -> None:
     for x in ([1.0, 0.5], [2.0, -1.0], [1 + 2e-6, 0.5 - 1e-8]):
         exact = np.diag([np.exp(x[0]), 3 * np.cos(3 * x[1]) - 1])
         assert found(np.array(x)) == pytest.approx(exact, abs=1e-8)
+
+
+def test_a_start_on_a_corner_that_is_also_a_kink_rests_there() -> None:
+    # At (0, 1) the slope by the second variable is 0, but not beside the kink of the first one.
+    def residual(x: np.ndarray) -> np.ndarray:
+        return np.array([8.0 + 2 * x[0] - x[0] * x[1]])
+
+    def slopes(x: np.ndarray) -> np.ndarray:
+        return np.array([[2 - x[1], -x[0]]])
+
+    bounds, kinks = (0, [0.5, 2]), [[0, 1], [0, 1]]
+    found = vf.least_squares(residual, [0, 1], slopes, bounds, kinks=kinks)
+    assert found.status == "converged"
+    assert found.x == pytest.approx([0, 1], abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_products_of_kinks_converge_from_corners(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    for _ in range(20):
+        deltas = torch.tensor(rng.normal(size=(5, 4)))
+        used = torch.tensor(rng.random((5, 3)) < 0.6)
+        peak = torch.tensor(rng.choice([-1, 1], (5, 3)))
+
+        def residual(x: torch.Tensor) -> torch.Tensor:
+            scalars = torch.where(used, (x * peak).clip(0), 1.0).prod(1)  # noqa: B023
+            return scalars @ deltas - 3 * deltas[0]  # noqa: B023
+
+        lower, upper = rng.choice([-1, 0], 3), rng.choice([0.5, 1], 3)
+        start = torch.tensor(np.where(rng.random(3) < 0.5, lower, rng.choice([0, 1], 3) * upper))
+        found = vf.least_squares(residual, start, bounds=(lower, upper), kinks=[[-1, 0, 1]] * 3)
+        assert found.status == "converged"
+        for step in rng.normal(size=(60, 3)) * 1e-4:
+            beside = torch.tensor(np.clip(found.x.numpy() + step, lower, upper))
+            assert float((residual(beside) ** 2).sum()) > found.cost - 1e-6 * (1 + found.cost)

@@ -32,7 +32,7 @@ import numpy as np
 
 from ..arrays import Array, holds_anywhere
 from ..errors import SolveError
-from .linearize import cell, linearize
+from .linearize import cell, is_on_kink, linearize, linearize_closely
 from .model import Model
 from .problem import Kind, Problem, Request, Requests, State, check_size
 from .quadratic import Quadratic, minimise_over_box
@@ -133,6 +133,20 @@ def step(problem: Problem, state: State) -> Requests:
         _accept(problem, state, model, trial)
     else:
         _reject(problem, state, model, trial)
+        if state.outcome is NO_DECREASE and not model.holds_limits:
+            yield from _look_closely(problem, state)
+
+
+def _look_closely(problem: Problem, state: State) -> Requests:
+    """On a kink, replace a model whose decrease no step finds; the new one may be stationary."""
+    if not is_on_kink(problem, state.x):
+        return
+    state.model = model = yield from linearize_closely(problem, state)
+    model.holds_limits = True
+    rests = _is_stationary(model, state.cost, problem.tolerances.gradient)
+    state.outcome = STATIONARY if rests else None
+    # Rejections have raised the damping, so that a new one is chosen.
+    state.damping, state.growth = 0.0, 2.0
 
 
 class _Proposal(NamedTuple):

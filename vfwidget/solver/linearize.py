@@ -73,6 +73,32 @@ def one_sided(
     return jacobian, low, high
 
 
+def linearize_closely(problem: Problem, state: State) -> Generator[Request, Array, Model]:
+    """As :func:`linearize`, with the limits of the one-sided slopes at kinks.
+
+    A slope that vanishes towards the kink of another variable does not vanish beside it. The model
+    then predicts a decrease that no step finds. Two points beside the kink give the limit.
+    """
+    requests = linearize(problem, state)
+    kind, beside = next(requests)
+    while True:
+        near = yield kind, beside
+        far = yield kind, between(2 * beside - state.x, problem.lower, problem.upper)
+        limit = 2 * near - far
+        limit = np.where(abs(limit) <= abs(far - near), 0.0, limit)
+        try:
+            kind, beside = requests.send(limit)
+        except StopIteration as end:
+            model: Model = end.value
+            return model
+
+
+def is_on_kink(problem: Problem, x: Array) -> bool:
+    """Whether some variable is on a kink, where slopes are evaluated beside it."""
+    kinks = problem.kinks
+    return kinks is not None and holds_anywhere(abs(kinks - x[:, None]) < OFFSET)
+
+
 def cell(kinks: Array, x: Array) -> tuple[Array, Array]:
     """The distances, (n,) each, from x to the next kinks: below (negative) and above."""
     gaps = kinks - x[:, None]

@@ -55,6 +55,8 @@ class Model:
     latest : (n,) array, optional
         The latest step that was proposed within the whole range. Others with more or less damping
         mostly end at the same bounds.
+    holds_limits : bool
+        Whether slopes at kinks are limits, and not those at a small distance.
     """
 
     jacobian: Array
@@ -63,6 +65,8 @@ class Model:
     pull: Array
     low: Array
     high: Array
+
+    holds_limits = False
 
     def __post_init__(self) -> None:
         jacobian = self.jacobian
