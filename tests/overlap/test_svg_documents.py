@@ -346,3 +346,37 @@ def test_a_marker_that_draws_itself_is_refused():
     body = '<marker id="a"><path d="M0 0H1" marker-end="url(#a)"/></marker>'
     with pytest.raises(vf.OverlapError, match="uses itself"):
         artwork(body + '<path d="M0 0H9" stroke="#000" marker-end="url(#a)"/>')
+
+
+@pytest.mark.parametrize(
+    ("length", "pixels"),
+    [
+        ("2.54cm", 96),
+        ("101.6Q", 96),
+        ("1IN", 96),
+        ("2rem", 32),
+        ("4ch", 32),
+        ("2Em", 32),
+        ("6pc", 96),
+    ],
+)
+def test_units_of_length(length, pixels):
+    assert area(f'<rect width="{length}" height="1"/>') == pytest.approx(pixels)
+
+
+@pytest.mark.parametrize("length", ["5vw", "5 furlongs", "5furlong", "calc(5px + 3px)", "5,5"])
+def test_lengths_that_are_not_read_are_refused(length):
+    with pytest.raises(vf.OverlapError, match=r"width=.* cannot be read; give a number with"):
+        artwork(f'{ONE}<rect width="{length}" height="5"/>')
+    # They do not matter where nothing is drawn.
+    assert area(f'{ONE}<text width="{length}" x="1 2 3">a</text>') == pytest.approx(1)
+
+
+def test_an_svg_as_wide_as_its_window():
+    box = 'viewBox="0 0 200 100"'
+    want = area('<rect width="20" height="9"/>', f'{box} width="100%" height="100%"')
+    assert area('<rect width="20" height="9"/>', f'{box} width="100vw" height="100vh"') == want
+
+
+def test_a_path_is_drawn_up_to_a_letter_without_numbers():
+    assert area('<path d="M0 0H5V5z hello"/>') == pytest.approx(12.5)

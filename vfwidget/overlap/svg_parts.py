@@ -3,9 +3,28 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import NamedTuple
 
 from ..arrays import Array
+from ..errors import OverlapError
+
+WIDE, HIGH = (
+    frozenset({"x", "x1", "x2", "cx", "rx", "width"}),
+    frozenset({"y", "y1", "y2", "cy", "ry", "height"}),
+)
+"""Attributes whose percentages are of the viewport's width, or of its height."""
+FONT_SIZE = 16.0
+"""The unit em."""
+INCH = 96.0
+UNITS = {
+    **{"": 1.0, "px": 1.0, "in": INCH, "pt": INCH / 72, "pc": INCH / 6},
+    **{"cm": INCH / 2.54, "mm": INCH / 25.4, "Q": INCH / 101.6},
+    **{"em": FONT_SIZE, "rem": FONT_SIZE, "ex": FONT_SIZE / 2, "ch": FONT_SIZE / 2},
+}
+"""Units of length, in pixels."""
+LENGTH = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(%|[a-z]*)", re.IGNORECASE | re.ASCII)
+WORD = re.compile(r"[a-z-]*", re.IGNORECASE)
 
 
 class Drawn(NamedTuple):
@@ -42,3 +61,32 @@ def number(value: str | None, default: float) -> float:
     except ValueError:
         return default
     return number if math.isfinite(number) else default
+
+
+def length(name: str, value: str, whole: tuple[float, float]) -> float | None:
+    """A length in units of the coordinate system; None for a word such as ``auto``.
+
+    Percentages are of a viewport with the size ``whole``.
+    """
+    value = value.strip()
+    found = LENGTH.fullmatch(value)
+    if not found:
+        if WORD.fullmatch(value):
+            return None
+        raise OverlapError(_unread(name, value))
+    size, unit = float(found[1]), "Q" if found[2] in "qQ" and found[2] else found[2].lower()
+    if unit in UNITS:
+        return size * UNITS[unit]
+    if unit != "%":
+        raise OverlapError(_unread(name, value))
+    width, height = whole
+    if name in WIDE:
+        return size / 100 * width
+    return size / 100 * (height if name in HIGH else math.hypot(width, height) / 2**0.5)
+
+
+def _unread(name: str, value: str) -> str:
+    return (
+        f"The length {name}={value!r:.80} of the SVG cannot be read; give a number with one of the "
+        f"units {', '.join(filter(None, UNITS))} and %."
+    )

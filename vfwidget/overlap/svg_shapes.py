@@ -143,7 +143,7 @@ def path_of(tag: str, form: dict[str, str]) -> Any:
         path = svgelements.Path()
         try:
             path.parse(form.get("d", ""))
-        except ValueError:
+        except (ValueError, TypeError, IndexError):
             pass  # A path is drawn up to its first error.
         return path
     kinds = {

@@ -18,7 +18,7 @@ from ..arrays import Array
 from ..errors import OverlapError, OverlapWarning, warn_caller
 from ..limits import limits
 from .svg_markers import Vertex, vertices
-from .svg_parts import Drawn, number
+from .svg_parts import HIGH, WIDE, Drawn, length, number
 from .svg_shapes import GEOMETRY, box_of, path_of
 from .svg_style import LONG, Styles, tag_of
 
@@ -36,16 +36,12 @@ IGNORED = ("mask", "filter")
 """Properties that change what is painted, but have no outline."""
 DEPTH = 100
 """Most elements around an element, with those through which it is used."""
-WIDE, HIGH = (
-    frozenset({"x", "x1", "x2", "cx", "rx", "width"}),
-    frozenset({"y", "y1", "y2", "cy", "ry", "height"}),
-)
-"""Attributes whose percentages are of the viewport's width, or of its height."""
 LENGTHS = WIDE | HIGH | {"r", "stroke-width"}
+SIZED = SHAPES | GROUPS | {"symbol", "marker", "clipPath"}
+"""Elements whose lengths are read."""
 DEFAULT_SIZE = (1000.0, 1000.0)
 """The viewport of an SVG that states none; only percentages depend on it."""
-FONT_SIZE = 16.0
-"""The unit em."""
+VIEW = re.compile(r"(?<=\d)v(w|h|min|max)$", re.IGNORECASE)
 REFERENCE = re.compile(r"""url\(\s*['"]?#([^'")]+)""")
 
 
@@ -281,9 +277,19 @@ class _Document:
     def _stated(self, element: ElementTree.Element, size: tuple[float, float]) -> dict[str, str]:
         """The attributes and properties of an element, with lengths as numbers."""
         own = self.styles.stated(element)
-        lengths = {name: _length(name, own[name], size) for name in LENGTHS & own.keys()}
+        if tag_of(element) not in SIZED:
+            return own
+        lengths = {
+            name: length(name, _by_view(own[name], element is self.root), size)
+            for name in LENGTHS & own.keys()
+        }
         own = {name: value for name, value in own.items() if name not in lengths}
         return own | {name: repr(value) for name, value in lengths.items() if value is not None}
+
+
+def _by_view(value: str, outermost: bool) -> str:
+    """A length, in which the units of the window are percentages for the outermost element."""
+    return VIEW.sub("%", value.strip()) if outermost else value
 
 
 def _named(element: ElementTree.Element) -> str:
@@ -366,19 +372,3 @@ def _has_size(tag: str, own: dict[str, str]) -> bool:
     """Whether a shape has no side or radius that must be above 0 and is not."""
     needed = {"rect": ("width", "height"), "circle": ("r",), "ellipse": ("rx", "ry")}.get(tag, ())
     return all(number(own.get(name), 0.0) > 0 for name in needed)
-
-
-def _length(name: str, value: str, size: tuple[float, float]) -> float | None:
-    """A length in units of the coordinate system; None for a word such as ``auto``."""
-    from svgelements import Length
-
-    if not re.match(r"[+-]?\.?\d", value.strip()):
-        return None
-    width, height = size
-    whole = (
-        width if name in WIDE else height if name in HIGH else math.hypot(width, height) / 2**0.5
-    )
-    length = Length(value.strip()).value(
-        ppi=96.0, relative_length=whole, font_size=FONT_SIZE, font_height=FONT_SIZE / 2
-    )
-    return float(length)
