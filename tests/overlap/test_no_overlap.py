@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
 import vfwidget as vf
 from benchmarks.overlap_cases import cases
 from vfwidget.energy.tied import energy_of
+from vfwidget.overlap import resolve
 from vfwidget.overlap.inequalities import Walls
 from vfwidget.overlap.walls import Room
 
@@ -240,6 +243,25 @@ def test_no_other_place_is_looked_for_after_the_time(monkeypatch):
     monkeypatch.setattr("vfwidget.overlap.resolve._Search.each_best", fails)
     text = vf.Text("recursive", "NT")
     assert not vf.resolve_overlaps(text, [HUGE], seconds=0).free
+
+
+def test_little_is_computed_after_the_time(monkeypatch):
+    text = vf.Text("roboto-flex", "NT", tracking=-300, shared=False)
+    looks = []
+    look_between = resolve._Search.look_between
+
+    def counted(search, *arguments):
+        looks.append(time.perf_counter() > search.until)
+        return look_between(search, *arguments)
+
+    def fails(*_):
+        raise AssertionError("the common area was minimised")
+
+    monkeypatch.setattr(resolve._Search, "look_between", counted)
+    monkeypatch.setattr(resolve._Search, "pushed", fails)
+    # A state is halved towards the user's state by several looks, each of which may take long.
+    assert not vf.resolve_overlaps(text, [HUGE], gap=5.0, seconds=0).free
+    assert sum(looks) <= 1
 
 
 @pytest.mark.filterwarnings("error")

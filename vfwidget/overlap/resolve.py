@@ -164,10 +164,10 @@ def resolve_overlaps(
         return search.resolution(search.start)
     best = search.near(search.start)
     if best is None:
-        for x in chain([search.start], search.other_places(restarts)):
+        places = chain([search.start], search.other_places(restarts))
+        # To find another place may take minutes.
+        while not search.late and (x := next(places, None)) is not None:
             best = search.nearer(best, search.near(search.pushed(x)))
-            if time.perf_counter() > until:
-                break
     return search.resolution(search.least() if best is None else best)
 
 
@@ -192,6 +192,11 @@ class _Search:
         self.start = between(self.push.unknowns.start, self.push.lower, self.push.upper)
         self.ends: list[Look] = []
         self.steps = 0
+
+    @property
+    def late(self) -> bool:
+        """Whether the time of the search is over."""
+        return time.perf_counter() > self.until
 
     def distance(self, x: Array) -> float:
         """How far x is from the user's state, in normalized coordinates."""
@@ -221,7 +226,7 @@ class _Search:
             self.steps += 1
             if self.no_nearer(x, best):
                 return best
-            if abs(x - look.x).max() <= STILL or time.perf_counter() > self.until:
+            if abs(x - look.x).max() <= STILL or self.late:
                 break
         self.ends.append(look)
         return best
@@ -280,10 +285,10 @@ class _Search:
         """
         low, high = 0.0, BACK
         beyond = self.look_between(x, high)
-        while high < 1 and beyond.excess <= limit:
+        while high < 1 and beyond.excess <= limit and not self.late:
             low, high = high, min(2 * high, 1.0)
             beyond = self.look_between(x, high)
-        while high - low > BACK:
+        while high - low > BACK and not self.late:
             middle = self.look_between(x, (low + high) / 2)
             if middle.excess <= limit:
                 low = (low + high) / 2
@@ -320,7 +325,7 @@ class _Search:
         blocked = () if free else tuple(ends_reached(self.text, found.active))
         missed = [one.missed for one in found.terms[1:] if not one.met]
         if not free:
-            late = time.perf_counter() > self.until
+            late = self.late
             why = "the time limit was reached" if late else "no free state was found"
             parts = [f"{self.left(look)}, and {why}", *missed, *blocked]
             values |= {
