@@ -278,3 +278,18 @@ def test_a_term_without_points_may_be_solved_over_offsets():
 
     text = vf.Text("afacad-flux", "AHn", axes={"wght": 700})
     assert vf.solve(text, Sum(), free=["offsets"]).iterations == 0
+
+
+def test_points_at_one_height_separate_vertically():
+    text = vf.Text("recursive", "nh")
+    arch, stem = text.nearest(300, 550), text.nearest(650, 550)
+    level = vf.solve(text, vf.Distance(arch, stem, 0, along="y"), free=["offsets"]).text
+    here = level.position(arch)[1] - level.position(stem)[1]
+    assert abs(here) < 0.5
+    level = level.moved_to({**level.place, "offsets": level.place["offsets"] + [[0, here], [0, 0]]})
+    term = vf.Distance(arch, stem, 80, along="y")
+    points = np.array([[300.0, 550.0], [650.0, 550.0]])
+    assert term.derivative(points, level.coordinates).points.tolist() == [[[0, -1], [0, 1]]]
+    solution = vf.solve(level, term, free=["offsets"])
+    assert solution.status == "converged"
+    assert abs(level.position(arch)[0] - solution.text.position(arch)[0]) < 1e-9

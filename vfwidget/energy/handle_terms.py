@@ -263,8 +263,9 @@ class Distance(Term):
         if self.along is not None:
             across = across * ([1.0, 0.0] if self.along == "x" else [0.0, 1.0])
         size = float(np.hypot(*across))
-        # Points that coincide have no direction; this one lets them separate sideways.
-        return size, across / size if size > 0 else np.array([1.0, 0.0])
+        # Points that coincide have no direction; this one lets them separate, sideways if they may.
+        apart = [0.0, 1.0] if self.along == "y" else [1.0, 0.0]
+        return size, across / size if size > 0 else np.array(apart)
 
 
 def _at_least(count: int, term: Term) -> None:
