@@ -15,6 +15,9 @@ SHEAR = [[0.03, 0.01, 10], [0, -0.03, 50]]
 OPTIONS = {
     "a fit of nothing known": ({"fit": ["x", "skew"]}, "'skew' cannot be fitted: choose from x, y"),
     "a fit as one word": ({"fit": "blur"}, "fit is a sequence of names"),
+    "a fit of lists": ({"fit": [["x"]]}, "fit is a sequence of names"),
+    "a viewer of no text": ({"watch": 3}, "watch is an Editor, or a function"),
+    "half an iteration": ({"max_iterations": 0.5}, "max_iterations is a whole number from 0 on"),
     "optimizer": ({"optimizer": "newton"}, "no optimizer 'newton': choose one of gauss-newton"),
     "loss": ({"loss": "l3"}, "There is no loss 'l3': choose one of linear"),
     "ink": ({"ink": "red"}, "ink is one of auto, dark, light, not 'red'"),
@@ -32,6 +35,11 @@ OPTIONS = {
 def test_options_that_are_none(options, message, image):
     with pytest.raises(vf.ImageError, match=message):
         match(image, "S", "dynapuff", **options)
+
+
+def test_whole_numbers_of_numpy_are_whole_numbers(image):
+    options = {"max_iterations": np.int64(1), "resolution": np.int32(32)}
+    assert match(image, "S", "dynapuff", **options).text.string == "S"
 
 
 def test_a_font_has_to_be_given(image):

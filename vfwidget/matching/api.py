@@ -13,6 +13,7 @@ from ..deprecation import renamed
 from ..errors import ImageError
 from ..font import Font, load_font
 from ..font.source import FontSource
+from ..solver.problem import is_count
 from ..text import AxisValues, Text
 from .catalogue import match_fonts
 from .fit import Options, Watch
@@ -205,9 +206,9 @@ def _manner(text: Text) -> tuple[dict[str, Any], dict[str, float]]:
 
 
 def _at_least(least: int, value: int, what: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+    if not is_count(value) or value < least:
         raise ImageError(f"{what} is a whole number from {least} on, not {value!r}.")
-    return value
+    return int(value)
 
 
 def _one_of(value: str, names: Sequence[str], what: str) -> str:
@@ -223,6 +224,10 @@ def _shown(text: Text, watch: Viewer | Callable[[Text, float], None] | None) -> 
     if callable(watch):
         return lambda state, loss: watch(text.moved_to(state.place), loss)
     viewer = watch
+    if not (hasattr(viewer, "text") and hasattr(viewer, "axes")):
+        raise ImageError(
+            f"watch is an Editor, or a function of a text and a loss; received {watch!r:.80}."
+        )
     viewer.text = text
 
     def show(state: State, loss: float) -> None:

@@ -144,7 +144,8 @@ def check_fitted(
     """
     if fit is None:
         return ("blur", "background") if placed else FITTED
-    if isinstance(fit, str) or not isinstance(fit, Sequence):
+    listed = isinstance(fit, Sequence) and not isinstance(fit, str)
+    if not (listed and all(isinstance(name, str) for name in fit)):
         raise ImageError(f"fit is a sequence of names of {', '.join(known)}, not {fit!r}.")
     for old in FORMER.keys() & set(fit):
         warn_renamed(f"fit={old!r}", repr(FORMER[old]))
