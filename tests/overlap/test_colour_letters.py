@@ -11,11 +11,11 @@ import pytest
 from fontTools.colorLib import builder as colorLib
 from fontTools.fontBuilder import FontBuilder
 from fontTools.ttLib.tables import otTables
-from polygons import filled, simple
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 
 import vfwidget as vf
+from tests.overlap.polygons import filled, simple
 from vfwidget.overlap.shape import Shape, letters
 from vfwidget.text.colours import as_drawn, shapes
 

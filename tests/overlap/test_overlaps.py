@@ -6,9 +6,12 @@ import tracemalloc
 
 import numpy as np
 import pytest
+import shapely
 
 import vfwidget as vf
+from tests.overlap.polygons import filled, simple
 from vfwidget.overlap.contacts import nearest_chord
+from vfwidget.overlap.shape import letters, read_obstacles
 from vfwidget.raster import frame
 
 SQUARE = [(0, 0), (100, 0), (100, 100), (0, 100)]
@@ -155,3 +158,38 @@ def test_the_depth_of_a_thin_overlap(depth: float) -> None:
     floor = [(-300, top - 100), (1500, top - 100), (1500, top), (-300, top)]
     (found,) = vf.overlaps(text, [floor])
     assert found.depth == pytest.approx(depth, rel=0.02)
+
+
+def test_the_depth_of_a_needle_is_that_of_its_tip():
+    text = vf.Text("roboto-flex", "l")
+    x = text.segments()[0][..., 0]
+    left, right = float(x.min()), float(x.max())
+    depth = 0.4 * (right - left)
+    tip = (left + depth, 300)
+    [found] = vf.overlaps(text, [[tip, (left - 1000, 320), (left - 1000, 280)]])
+    assert found.depth == pytest.approx(depth, rel=0.01)
+    # The tip itself is one of the contacts, with the way out to the left.
+    last = np.hypot(*(found.points - tip).T).argmin()
+    assert np.hypot(*(found.points[last] - tip)) < 0.01 * depth
+    assert found.normals[last] @ (1, 0) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_depth_of_random_overlaps(seed):
+    chance = np.random.default_rng(seed)
+    text = vf.Text("recursive", "&g", tracking=-300, offsets=chance.normal(0, 60, (2, 2)))
+    text = text.at(rotations=chance.normal(0, 0.5, 2))
+    corners = chance.uniform(0, 600, (1, 2)) + chance.normal(0, 150, (5, 2))
+    shapes = [*letters(text), *read_obstacles([corners])]
+    polygons = [filled(simple(shape)) for shape in shapes]
+    found = vf.overlaps(text, [corners])
+    assert found
+    for overlap in found:
+        i, j = overlap.pair
+        pair = polygons[i], polygons[2 if overlap.obstacle else j]
+        depths = []
+        for one, other in (pair, pair[::-1]):
+            inside = one.boundary.segmentize(0.25).intersection(other)
+            points = shapely.points(shapely.get_coordinates(inside))
+            depths.append(shapely.distance(points, other.boundary).max(initial=0))
+        assert overlap.depth == pytest.approx(max(depths), rel=0.02, abs=0.5)

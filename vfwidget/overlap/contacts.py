@@ -24,6 +24,10 @@ THIRDS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 3
 """Weights of the ends of a straight segment at its handles."""
 ROUNDING = 1e-9
 """Relative to a distance: a chord that is farther by less may be the nearest one."""
+TOLERANCE, SHALLOW = 0.01, 0.02
+"""The farthest point is found up to so large a part of its distance, or so many font units."""
+MOST_PARTS = 1024
+"""Parts of outlines that are halved at once on the way to the farthest point."""
 LEAST = 1e-9
 """Font units: a way that is shorter has no direction."""
 
@@ -58,6 +62,51 @@ def sampled(shape: Shape, spans: Spans, samples: int = SAMPLES) -> Points:
     t = (start[:, None] + length[:, None] * part).ravel()
     segment, weight = (np.repeat(v[bound], samples) for v in (spans.cubic, spans.weight))
     return _points(shape, segment, t, weight)
+
+
+def farthest(
+    shape: Shape, spans: Spans, other: Shape, boundary: Spans, distance: Array
+) -> tuple[Points, Points]:
+    """The point on the spans of a shape that is farthest from another boundary.
+
+    The points between two of :func:`sampled` can be farther than both, at most by the way to them.
+    Parts in which that may be so are halved until their points differ by less than 1 %.
+
+    Parameters
+    ----------
+    distance : array
+        That of the points of :func:`sampled`.
+
+    Returns
+    -------
+    point, nearest : Points
+        One point, and the nearest one on the other boundary.
+    """
+    bound = np.flatnonzero(spans.weight)
+    length = (spans.end - spans.start)[bound] / SAMPLES
+    low = (spans.start[bound][:, None] + length[:, None] * np.arange(SAMPLES)).ravel()
+    # Segment, weight, length in t, and the speed by t, which no point of the segment exceeds.
+    speed = 3 * np.linalg.norm(np.diff(shape.segments, axis=1), axis=2).max(1)
+    segment, weight, step = (
+        np.repeat(v, SAMPLES) for v in (spans.cubic[bound], spans.weight[bound], length)
+    )
+    best = int(distance.argmax())
+    found = _points(shape, segment[[best]], (low + step / 2)[[best]], weight[[best]])
+    largest = float(distance[best])
+    while True:
+        room = distance + speed[segment] * abs(step) / 2
+        kept = room > largest + max(TOLERANCE * largest, SHALLOW)
+        if not 0 < np.count_nonzero(kept) <= MOST_PARTS:
+            return found, nearest(found.position, other, boundary)
+        low, step = low[kept], step[kept] / 2
+        low, step = np.concatenate([low, low + step]), np.tile(step, 2)
+        segment, weight = (np.tile(v[kept], 2) for v in (segment, weight))
+        points = _points(shape, segment, low + step / 2, weight)
+        way = nearest(points.position, other, boundary).position - points.position
+        distance = np.hypot(*way.T)
+        best = int(distance.argmax())
+        if distance[best] > largest:
+            largest, found = float(distance[best]), points.some([best])
 
 
 def _points(shape: Shape, segment: IntArray, t: Array, weight: Array) -> Points:
