@@ -148,6 +148,20 @@ def test_the_nearest_chords_of_many_points_are_those_of_each_point():
         assert (chord[i], part[i], distance[i]) == (one[0][0], one[1][0], one[2][0])
 
 
+@pytest.mark.parametrize("shift", [0.0, 2.5e-12, 1e-9])
+@pytest.mark.parametrize("letter", ["W", "A", "T", "k"])
+def test_contacts_of_a_letter_with_itself_lie_on_its_outline(letter: str, shift: float) -> None:
+    # Where contours cross, the outlines of both cross in the same point inside.
+    for name in vf.bundled_fonts():
+        text = vf.Text(name, letter).at(rotations=[0.3])
+        own = filled(simple(letters(text)[0]))
+        copy = [np.asarray(segments) + shift for segments in text.segments()]
+        [found] = vf.overlaps(text, [copy])
+        away = shapely.distance(shapely.points(found.points), own.boundary)
+        assert away.max() < 0.1
+        assert found.depth < 0.1
+
+
 @pytest.mark.parametrize("depth", [0.005, 1.0])
 def test_the_depth_of_a_thin_overlap(depth: float) -> None:
     text = vf.Text("shantell-sans", "f")

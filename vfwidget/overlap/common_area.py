@@ -15,7 +15,7 @@ from ..arrays import Array, IntArray, at_least_zero, expand, sum_at
 from ..outline.area import areas, swept, swept_by, weighted_powers
 from ..outline.arrangement import Spans, boundary, in_both
 from ..outline.monotone import POWER, evaluate
-from .shape import CLOSED, Shape
+from .shape import CLOSED, Shape, with_length
 from .shortened import shortened
 
 
@@ -100,7 +100,7 @@ class Common(NamedTuple):
     def spans_of(self, pair: int, layer: int) -> Spans:
         """The parts of one shape of a pair that bound the common area, by the shape's segments."""
         of = (self.pair == pair) & (self.layer == layer)
-        spans = self.spans
+        spans = with_length(self.spans, self.curves)
         kept = of[spans.cubic] & (spans.weight != 0)
         cubic, *others = (values[kept] for values in spans)
         return Spans(self.segment[cubic], *others)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array, IntArray, to_array
 from ..errors import OverlapError
-from ..outline.area import areas
+from ..outline.area import areas, slopes
 from ..outline.arrangement import Spans, boundary
 from ..outline.contours import Contours
 from ..outline.cubics import chord
@@ -25,6 +25,8 @@ LARGEST = 1e9
 """Coordinates beyond this, in font units, are refused: areas would lose all their digits."""
 KEPT = 256
 """Texts whose indices of segments are kept, because they do not change while letters move."""
+SHORTEST, SHORTEST_PART = 1e-6, 1e-9
+"""Font units, and part of a segment: what is shorter than both is a crossing, not a part."""
 LEAST_AREA = 1e-12
 """Areas below this, relative to the square of the largest coordinate, are rounding."""
 
@@ -59,7 +61,7 @@ class Shape:
     def union(self) -> Spans:
         """The parts of the segments that bound the shape."""
         curves = coefficients(self.segments)
-        return boundary(curves, self.sizes)
+        return with_length(boundary(curves, self.sizes), curves)
 
     def area(self) -> float:
         """The area inside, each point counted once."""
@@ -68,6 +70,17 @@ class Shape:
         spans = self.union()
         middle = self.segments.mean((0, 1))
         return float(areas(coefficients(self.segments - middle), spans).sum())
+
+
+def with_length(spans: Spans, curves: Array) -> Spans:
+    """Spans of curves (4, 2, C); those without a length bound nothing.
+
+    Where curves cross, rounding may leave such a span inside the shape.
+    """
+    length = spans.end - spans.start
+    speed = abs(slopes(curves)).sum((0, 1))[spans.cubic]
+    short = (length <= SHORTEST_PART) & (speed * length <= SHORTEST)
+    return spans._replace(weight=np.where(short, 0.0, spans.weight))
 
 
 def letters(text: Text, points: Array | None = None) -> list[Shape]:
