@@ -11,7 +11,7 @@ import shapely
 import vfwidget as vf
 from tests.overlap.polygons import filled, simple
 from vfwidget.overlap.contacts import nearest_chord
-from vfwidget.overlap.shape import letters, read_obstacles
+from vfwidget.overlap.shape import letters, polygon, read_obstacles
 from vfwidget.raster import frame
 
 SQUARE = [(0, 0), (100, 0), (100, 100), (0, 100)]
@@ -207,3 +207,23 @@ def test_the_depth_of_random_overlaps(seed):
             points = shapely.points(shapely.get_coordinates(inside))
             depths.append(shapely.distance(points, other.boundary).max(initial=0))
         assert overlap.depth == pytest.approx(max(depths), rel=0.02, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        vf.overlaps,
+        lambda text, obstacles: vf.solve(text, [vf.NoOverlap(obstacles)]),
+        vf.resolve_overlaps,
+        lambda text, obstacles: vf.simulate(text, 2, obstacles=obstacles, progress=False),
+        lambda text, obstacles: vf.Editor(text, obstacles=obstacles),
+    ],
+    ids=["overlaps", "NoOverlap", "resolve_overlaps", "simulate", "Editor"],
+)
+def test_obstacles_that_can_be_read_once_only_are_refused(use):
+    # NoOverlap, Editor and simulate read them several times, and found none from the second on.
+    text = vf.Text("roboto-flex", "N")
+    with pytest.raises(vf.VFWidgetError, match=r"must be a list, .* received a generator. Pass"):
+        use(text, (one for one in [SQUARE]))
+    with pytest.raises(vf.VFWidgetError, match=r"obstacles\[0\] must be a list, .* received a map"):
+        use(text, [map(np.asarray, [polygon(np.array(SQUARE))])])

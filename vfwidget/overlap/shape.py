@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Any
@@ -132,6 +132,7 @@ def read_obstacles(obstacles: Any) -> list[Shape]:
     """
     if isinstance(obstacles, Text) or hasattr(obstacles, "contours") or _dimensions(obstacles) == 2:
         obstacles = [obstacles]
+    _refuse_iterator(obstacles, "obstacles")
     try:
         listed = list(obstacles)
     except TypeError:
@@ -143,6 +144,15 @@ def read_obstacles(obstacles: Any) -> list[Shape]:
         one if isinstance(one, Shape) else _checked(_read(one, f"obstacles[{i}]"), i)
         for i, one in enumerate(listed)
     ]
+
+
+def _refuse_iterator(value: Any, name: str) -> None:
+    """Refuse what can be read once only: the next computation would find no obstacles in it."""
+    if isinstance(value, Iterator):
+        raise OverlapError(
+            f"{name} must be a list, which can be read several times; received a "
+            f"{type(value).__name__}. Pass list(…) of it."
+        )
 
 
 def _read(obstacle: Any, name: str) -> Shape:
@@ -158,6 +168,7 @@ def _read(obstacle: Any, name: str) -> Shape:
             )
         contours = [polygon(corners)]
     else:
+        _refuse_iterator(obstacle, name)
         try:
             contours = [_numbers(contour, name) for contour in obstacle]
         except TypeError:
