@@ -293,3 +293,22 @@ def test_points_at_one_height_separate_vertically():
     solution = vf.solve(level, term, free=["offsets"])
     assert solution.status == "converged"
     assert abs(level.position(arch)[0] - solution.text.position(arch)[0]) < 1e-9
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_the_cost_holds_what_axes_cost_that_are_not_free(shared: bool) -> None:
+    text = vf.Text("recursive", "hand", axes={"wght": 600}, shared=shared)
+    top = text.nearest(100, 700)
+    goal = text.position(top) + 40
+    terms = [vf.Target(top, goal), vf.AxisTarget({"wght": 300}, weight=8.0), vf.StayClose(2.0)]
+    away = float((text.theta - vf.Text("recursive", "hand", shared=shared).theta).pow(2).sum())
+    for _ in range(2):
+        solution = vf.solve(text, terms, free=["offsets"])
+        assert solution.status == "converged"
+        assert solution.terms[1].cost == pytest.approx(8 * away)
+        assert solution.terms[2].cost == 0
+        assert solution.history[-1].cost == pytest.approx(solution.cost)
+    bold = text.at(axes={"wght": 900})
+    solution = vf.solve(bold, [terms[0], vf.StayClose(2.0, text.theta)], free=["offsets"])
+    apart = float((bold.theta - text.theta).pow(2).sum())
+    assert solution.terms[1].cost == pytest.approx(2 * apart)

@@ -152,6 +152,16 @@ def proximity_of(term: Term, text: Text, unknowns: Unknowns) -> Proximity | None
     return Proximity(weights, reference)
 
 
+def fixed_cost(term: Term, pull: Proximity | None, text: Text, unknowns: Unknowns) -> float | None:
+    """What squares of unknowns that are not free add to the cost; None if a term has none."""
+    if pull is None:
+        return None
+    fixed = {n: pair for n, pair in term.proximity(text).items() if n not in unknowns.slices}
+    place = unknowns.place(unknowns.start)
+    away = [to_array(w) * (place[n] - to_array(r)) ** 2 for n, (w, r) in fixed.items()]
+    return float(sum(part.sum() for part in away)) if away else None
+
+
 def proximity_around(term: Term, pull: Proximity | None, unknowns: Unknowns) -> Proximity | None:
     """The proximity of a bound term whose form is that of another one, which has this proximity."""
     if pull is None or not isinstance(term, StayClose):

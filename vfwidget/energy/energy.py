@@ -17,13 +17,14 @@ from .affine import AffineTerm, compiled
 from .checked import (
     all_blocks,
     bound,
+    fixed_cost,
     located,
     miss_of,
     no_terms,
     proximity_around,
     proximity_of,
 )
-from .rows import PointRows, wrong_rows
+from .rows import PointRows, joined, wrong_rows
 from .term import MET, Term, TermResult
 
 
@@ -60,7 +61,8 @@ class Energy:
     options : tuple
         ``free``, ``locks`` and ``followers``.
     constant : float
-        What the energy contains besides, because terms pull one unknown to different references.
+        What the energy contains besides, because terms pull one unknown to different references,
+        or pull unknowns that are not free.
     moves : bool
         Whether a term has to be located again between the steps of the solver.
     has_form : bool
@@ -98,11 +100,14 @@ class Energy:
         self._check_size()
         self._set_bounds()
         self._pulls = [proximity_of(term, text, unknowns) for term in self.terms]
+        self._fixed = list(map(fixed_cost, self.terms, self._pulls, repeat(text), repeat(unknowns)))
+        self._fixed_cost = sum(cost or 0.0 for cost in self._fixed)
         self._collect_proximity()
         self._rows = [located(term, text) for term in self.terms]
         self.moves = any(term.moving for term in self.terms)
         self._compile()
-        self.has_form = not self._others and self._rebound(text, terms) is not None
+        same = not self._others and all(cost is None for cost in self._fixed)
+        self.has_form = same and self._rebound(text, terms) is not None
         if self.has_form and not followers:
             text.word.latest_energy = self
 
@@ -195,14 +200,15 @@ class Energy:
     def _collect_proximity(self) -> None:
         pulls = [pull for pull in self._pulls if pull is not None]
         if len(pulls) == 1:
-            self.proximity, self.constant = pulls[0], 0.0
+            self.proximity, self.constant = pulls[0], self._fixed_cost
             return
         # Several squares of one unknown are one, around their weighted mean.
         weights = np.zeros(len(self.lower)) + sum(w for w, _ in pulls)
         mean = np.zeros(len(self.lower)) + sum(w * reference for w, reference in pulls)
         np.divide(mean, weights, out=mean, where=weights > 0)
         self.proximity = Proximity(weights, mean)
-        self.constant = sum(float((w * (r - mean)).dot(r - mean)) for w, r in pulls)
+        apart = sum(float((w * (r - mean)).dot(r - mean)) for w, r in pulls)
+        self.constant = self._fixed_cost + apart
 
     def _compile(self) -> None:
         """Separate the affine rows from the others."""
@@ -238,7 +244,7 @@ class Energy:
 
     def _set_constant(self, parts: Sequence[Array]) -> None:
         """Add up what the goals (``parts``) and the fixed unknowns add to the affine rows."""
-        self._constant = _joined(parts) if parts else np.zeros(0)
+        self._constant = joined(parts) if parts else np.zeros(0)
         if self._compiled is None:
             return
         for name in (OFFSETS, TRACKING):
@@ -297,7 +303,7 @@ class Energy:
         place = self.unknowns.place(x)
         parts = [rows.residual(place) for rows in self._others]
         self._check_sizes(parts)
-        return _joined([self._affine_residual(place), *parts])
+        return joined([self._affine_residual(place), *parts])
 
     def _affine_residual(self, place: Mapping[str, Array]) -> Array:
         if self._compiled is None:
@@ -332,7 +338,7 @@ class Energy:
         self._check_sizes(parts, derivative=True)
         if self._compiled is not None or not parts:
             parts.insert(0, self._affine_jacobian(place))
-        return _joined(parts)
+        return joined(parts)
 
     def _affine_jacobian(self, place: Mapping[str, Array]) -> Array:
         slices, size = self.unknowns.slices, len(self.lower)
@@ -368,18 +374,18 @@ class Energy:
         residual = self.residual(x) if residual is None else residual
         begun, others, sizes = 0, len(self._constant), iter(self._sizes or ())
         found = []
-        for term, rows, affine, pull in zip(
-            self.terms, self._rows, self._affine, self._pulls, strict=True
+        for term, rows, affine, pull, fixed in zip(
+            self.terms, self._rows, self._affine, self._pulls, self._fixed, strict=True
         ):
-            cost, miss = 0.0, None
+            cost, miss = fixed or 0.0, None
             if affine is not None:
                 part = residual[begun : begun + affine.size]
                 begun += affine.size
-                cost, miss = float(part.dot(part)), miss_of(term, part / affine.root)
+                cost, miss = cost + float(part.dot(part)), miss_of(term, part / affine.root)
             elif rows is not None:
                 part = residual[others : others + next(sizes)]
                 others += len(part)
-                cost = float(part.dot(part))
+                cost += float(part.dot(part))
                 if isinstance(rows, PointRows):
                     own = part / rows.root
                 else:
@@ -390,10 +396,3 @@ class Energy:
                 cost += float(away.dot(pull.weights * away))
             found.append(TermResult(term, miss, cost))
         return found
-
-
-def _joined(parts: Sequence[Array]) -> Array:
-    """Rows of several parts, those without rows left out; a single part is not copied."""
-    if len(parts) > 1:
-        parts = [part for part in parts if len(part)] or parts[:1]
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)

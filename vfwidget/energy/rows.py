@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -192,6 +192,13 @@ def _summed(by_points: Array, moves: Array) -> Array:
     found: Array = by_points @ moves
     found[abs(found) <= NOISE * (abs(by_points) @ abs(moves))] = 0.0
     return found
+
+
+def joined(parts: Sequence[Array]) -> Array:
+    """Rows of several parts, those without rows left out; a single part is not copied."""
+    if len(parts) > 1:
+        parts = [part for part in parts if len(part)] or parts[:1]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def wrong_rows(kind: str, rows: int, residuals: int) -> SolveError:
