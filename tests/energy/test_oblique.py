@@ -178,6 +178,20 @@ def test_a_solve_over_many_axes_ends_where_no_small_step_lowers_the_cost(name, s
     assert best > first * (1 - 1e-3) - 1e-3
 
 
+@formats.needs_conformance
+def test_points_that_rest_on_one_side_of_a_plane_are_solved_for():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vf.FontWarning)
+        font = vf.load_font(formats.CONFORMANCE / "formats" / "Amstelvar-avar2.subset.ttf")
+    start = [-0.05888626, 0.14238611, -0.79872885, -1, -0.94267406, 0]
+    start += [-1, -1, -1, -0.14183592, -0.93802401, 0.83480498]
+    text = vf.Text(font, "es", shared=False).at(theta=[start] * 2)
+    target = vf.Target(text.handle(1, 0, 33, 0.6666673066382406), (449.2226538, 18.5907211))
+    ends = text.handle(1, 0, 4, 0.35613481195982866), text.handle(0, 0, 0, 0.3)
+    found = vf.solve(text, [target, vf.SharedX(ends, weight=10)], restarts=3)
+    assert found.status == "unreachable"
+
+
 def test_no_step_along_planes_is_tried_after_the_time_limit():
     text = vf.Text(folded(), "a")
     handle = text.handle(0, 0, 1)

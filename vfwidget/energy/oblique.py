@@ -33,7 +33,8 @@ NEAR = 3e-3
 """Planes this near, in normalized coordinates, are tried as well: the cost may rise a little as far
 as a plane, and fall beyond it."""
 DAMPINGS = 1e-6 * 10.0 ** np.arange(14)
-"""Tried in this order, relative to the largest squared column norm of the Jacobian."""
+"""Tried in this order, relative to the largest squared column norm of the Jacobian on
+either side of the planes."""
 FAIR_GAIN = 0.5
 """A step that achieves this share of the predicted decrease is taken at once."""
 MOST_CROSSED = 6
@@ -151,8 +152,7 @@ class _Search:
         """The lowest cost of steps with more and more damping, and where it is."""
         start = self._cost(x)
         best, above = (start, x), max(start - self.cost, 0.0)
-        scale = max(float((model.jacobian**2).sum(0).max()), float(model.weights.max()))
-        for damping in DAMPINGS * (scale or 1.0):
+        for damping in DAMPINGS * (model.steepest or 1.0):
             d = model.step(upper, damping)
             predicted = model.decrease(d)
             if predicted <= self._least + above:

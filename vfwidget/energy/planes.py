@@ -174,6 +174,13 @@ class PlaneModel:
         found: BoolArray = self.jumps < -RADIUS * abs(self.jumps).max(initial=0.0)
         return found
 
+    @property
+    def steepest(self) -> float:
+        """The largest squared norm of a column of J on either side of the planes, or weight."""
+        above = self.jacobian + self.changes.T @ self.normals
+        sides = [(jacobian**2).sum(0).max() for jacobian in (self.jacobian, above)]
+        return float(max(*sides, self.weights.max()))
+
     def decrease(self, d: Array) -> float:
         """The decrease of the cost that the model predicts for a step d."""
         crossed = self.normals.dot(d)
