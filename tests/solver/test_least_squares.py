@@ -342,6 +342,25 @@ def test_a_kink_that_is_not_listed_is_no_convergence() -> None:
     assert found.status == "stalled"
 
 
+@pytest.mark.parametrize("seed", [96, 221, 251, 269])
+def test_a_zigzag_along_a_kink_that_is_not_listed_is_no_convergence(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    slopes, bend, normal = rng.normal(size=(3, 2)), rng.normal(size=3), rng.normal(size=2)
+    goal = 30 * rng.normal(size=3)
+
+    def residual(x: np.ndarray) -> np.ndarray:
+        return 20 * slopes @ x + 80 * bend * max(normal @ x - 0.1, 0) - goal
+
+    start = rng.uniform(-1, 1, 2)
+    found = vf.least_squares(
+        residual, start, bounds=(-1, 1), absolute_cost_tolerance=1e-4, scale="none"
+    )
+    angles = np.linspace(0, 2 * np.pi, 361)
+    beside = found.x + 1e-3 * np.stack([np.cos(angles), np.sin(angles)], 1)
+    least = min((residual(x) ** 2).sum() for x in beside.clip(-1, 1))
+    assert not found.converged or least > found.cost - 0.02
+
+
 def test_the_status_at_the_iteration_limit_says_so() -> None:
     found = vf.least_squares(rosenbrock, [-1.2, 1.0], max_iterations=3)
     assert found.status == "iteration_limit" and found.iterations == 3

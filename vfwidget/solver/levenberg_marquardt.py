@@ -68,6 +68,12 @@ NEGLIGIBLE = 1e-15
 """A decrease by a smaller share of the cost is within the rounding errors of the cost."""
 SMALLEST = 1e-275
 """A squared column norm below this counts as zero."""
+MUCH, MANY = 1e-3, 1e3
+"""Where steps gain little, the solve has stalled if the model promises more without damping than
+this share of the cost, and than so many times the least decrease."""
+CLOSER = 1e-5
+"""A solve that has stalled on a kink goes on if the limits of the slopes promise more than this
+share of the cost."""
 LATE = 1e-10
 """The solve may be about to end if the predicted decrease is below this share of the cost."""
 
@@ -143,10 +149,13 @@ def _look_closely(problem: Problem, state: State) -> Requests:
         return
     state.model = model = yield from linearize_closely(problem, state)
     model.holds_limits = True
-    rests = _is_stationary(model, state.cost, problem.tolerances.gradient)
-    state.outcome = STATIONARY if rests else None
-    # Rejections have raised the damping, so that a new one is chosen.
-    state.damping, state.growth = 0.0, 2.0
+    if _is_stationary(model, state.cost, problem.tolerances.gradient):
+        state.outcome = STATIONARY
+    elif _is_near(problem, state, model):
+        state.outcome = SMALL_DECREASE
+    elif _without_damping(state, model).predicted > CLOSER * state.cost:
+        # Rejections have raised the damping, so that a new one is chosen.
+        state.outcome, state.damping, state.growth = None, 0.0, 2.0
 
 
 class _Proposal(NamedTuple):
@@ -307,7 +316,10 @@ def _accept(problem: Problem, state: State, model: Model, trial: _Trial) -> None
         if _is_near(problem, state, model):
             state.outcome = SMALL_STEP if short else SMALL_DECREASE
         elif trial.gain <= GREAT_GAIN:
-            state.outcome = SMALL_DECREASE if small else NO_DECREASE
+            # A model that promises much does not hold: x zigzags along a kink that is not listed.
+            much = max(MUCH * state.cost, MANY * least)
+            far = _without_damping(state, model).predicted if small else math.inf
+            state.outcome = SMALL_DECREASE if far <= much else NO_DECREASE
     state.x, state.residual, state.cost = trial.x, trial.residual, trial.cost
     if trial.gain > GREAT_GAIN:
         state.damping *= GREAT_GRADED_FACTOR if model.graded else GREAT_FACTOR
