@@ -305,3 +305,22 @@ def test_the_history_has_the_cost_of_preferences_that_disagree(options: dict[str
             costs = [cost for _, cost in found.history]
             assert costs[-1] == pytest.approx(found.cost, rel=1e-9) and found.cost > 1
             assert costs == sorted(costs, reverse=True)
+
+
+def test_a_result_of_a_restart_counts_and_lists_all_steps_of_the_restart() -> None:
+    text = vf.Text("afacad-flux", "a", {"slnt": 12.7, "wght": 737})
+    handle = text.handle(0, 0, 5, 0.5)
+    rng = np.random.default_rng(1)
+    lower, upper = text.font.bounds
+    moved = 0
+    for _ in range(60):
+        start = text.at(theta=rng.uniform(lower, upper)[None])
+        goal = text.at(theta=rng.uniform(lower, upper)[None]).position(handle)
+        terms = [vf.Target(handle, goal), vf.StayClose(1e-3)]
+        alone, found = (vf.solve(start, terms, restarts=count) for count in (0, 8))
+        if found.theta.tolist() != alone.theta.tolist():
+            moved += 1
+            assert found.iterations > 0
+            assert len(found.history) > found.iterations
+            assert found.history[-1].cost == pytest.approx(found.cost)
+    assert moved

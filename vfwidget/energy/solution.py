@@ -71,7 +71,11 @@ class Solution:
 
     @cached_property
     def history(self) -> list[Iterate]:
-        """(Θ, cost) of every accepted step, the start included."""
+        """(Θ, cost) of every accepted step, the start included.
+
+        If a restart has found the result, these are its steps, from the place at which it began.
+        At first they are those of an energy in which pins have less weight.
+        """
         assert self._history is not None
         return self._history()
 

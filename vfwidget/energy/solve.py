@@ -166,7 +166,7 @@ def _restarted(
         if near.state.cost >= best.state.cost:
             # Stiff terms only add to the cost.
             continue
-        other = run(energy, near.state.x)
+        other = run(energy, near.state.x).after(near)
         if other.state.cost >= best.state.cost or other.shortfall > best.shortfall - 1:
             continue
         if other.meets_more_than(best) or not _is_far(energy, best, other):
