@@ -122,6 +122,7 @@ NESTED = "".join(f'<g id="a{i}">' + f'<use href="#a{i - 1}"/>' * 10 + "</g>" for
         (f'<!DOCTYPE svg [<!ENTITY a "b">]>{HEAD}&a;</svg>', "declares entities"),
         (f"{HEAD}{'<g>' * 200}{'</g>' * 200}</svg>", "nested more than 100"),
         ("no such file.svg", "cannot be read"),
+        (" ", "text of the SVG is empty"),
         ("x" * 2**22 + "<", "larger than 4,194,304 bytes"),
         (5, "must be SVG text, a path or a file"),
     ],

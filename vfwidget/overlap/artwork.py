@@ -120,6 +120,8 @@ def _placement(scale: Any, position: Any) -> tuple[Array, Array]:
 
 def _source(svg: Any) -> str:
     """The SVG's source text."""
+    if isinstance(svg, str) and not svg.strip():
+        raise OverlapError("The text of the SVG is empty; pass SVG text, a path or a file.")
     if isinstance(svg, str) and "<" not in svg:
         svg = Path(svg)
     if isinstance(svg, os.PathLike):
