@@ -42,10 +42,13 @@ def warn_of_throws(animation: Animation, gains: Array) -> None:
     """
     if len(animation) < 2:
         return
+    moved = [_largest_motion(*pair) for pair in pairwise(animation.scenery)]
+    if not any(moved):
+        # The positions of letters in all frames take long to compute.
+        return
     intervals = np.diff(animation.times)
     steps = np.linalg.norm(np.diff(animation.positions, axis=0), axis=2)
     speeds = (steps / intervals[:, None]).max(1)
-    moved = [_largest_motion(*pair) for pair in pairwise(animation.scenery)]
     # Letters that an obstacle covers when it appears are moved out at once.
     same = np.array([motion is not None for motion in moved])
     walls = np.maximum.accumulate([motion or 0.0 for motion in moved] / intervals)
