@@ -78,7 +78,35 @@ class Replaced(Coordinates):
         return value, slopes * kept[..., None] + spread @ own
 
 
-class Transformation(Varying):
+class Combined(Varying):
+    """A quantity that is computed from others.
+
+    Parameters
+    ----------
+    parts : Varying
+        At least one.
+    """
+
+    def __init__(self, *parts: Varying) -> None:
+        self.parts = parts
+
+    @property
+    def axis_count(self) -> int:
+        """See :attr:`Varying.axis_count`."""
+        return self.parts[0].axis_count
+
+    @property
+    def breakpoints(self) -> list[Array]:
+        """See :attr:`Varying.breakpoints`."""
+        return _union(self.parts)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the quantity's arrays, in bytes."""
+        return sum(part.nbytes for part in self.parts)
+
+
+class Transformation(Combined):
     """An affine map p ↦ A (p - c) + c + t as the matrix [A | b], (2, 3).
 
     Parameters
@@ -90,22 +118,8 @@ class Transformation(Varying):
     shape = (2, 3)
 
     def __init__(self, parameters: Varying) -> None:
+        super().__init__(parameters)
         self.parameters = parameters
-
-    @property
-    def axis_count(self) -> int:
-        """See :attr:`Varying.axis_count`."""
-        return self.parameters.axis_count
-
-    @property
-    def breakpoints(self) -> list[Array]:
-        """See :attr:`Varying.breakpoints`."""
-        return self.parameters.breakpoints
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the quantity's arrays, in bytes."""
-        return self.parameters.nbytes
 
     def value(self, w: Any) -> Any:
         """See :meth:`Varying.value`."""
@@ -128,7 +142,7 @@ class Transformation(Varying):
         return value, xp.stack(columns, -1) @ slopes[..., None, :, :]
 
 
-class Placed(Varying):
+class Placed(Combined):
     """An outline under an affine map that varies.
 
     Parameters
@@ -140,23 +154,9 @@ class Placed(Varying):
     """
 
     def __init__(self, outline: Varying, matrix: Varying) -> None:
+        super().__init__(outline, matrix)
         self.outline, self.matrix = outline, matrix
         self.shape = outline.shape
-
-    @property
-    def axis_count(self) -> int:
-        """See :attr:`Varying.axis_count`."""
-        return self.outline.axis_count
-
-    @property
-    def breakpoints(self) -> list[Array]:
-        """See :attr:`Varying.breakpoints`."""
-        return _union([self.outline, self.matrix])
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the quantity's arrays, in bytes."""
-        return self.outline.nbytes + self.matrix.nbytes
 
     def value(self, w: Any) -> Any:
         """See :meth:`Varying.value`."""
@@ -183,7 +183,7 @@ def place(outline: Varying, matrix: Varying) -> Varying:
     return Affine(outline.base @ linear.T + shift, deltas, outline.support)
 
 
-class Shown(Varying):
+class Shown(Combined):
     """An outline that shrinks to a point, and so draws nothing, where a condition fails.
 
     Parameters
@@ -193,18 +193,9 @@ class Shown(Varying):
     """
 
     def __init__(self, outline: Varying, condition: Condition) -> None:
+        super().__init__(outline)
         self.outline, self.condition = outline, condition
         self.shape = outline.shape
-
-    @property
-    def axis_count(self) -> int:
-        """See :attr:`Varying.axis_count`."""
-        return self.outline.axis_count
-
-    @property
-    def breakpoints(self) -> list[Array]:
-        """See :attr:`Varying.breakpoints`."""
-        return self.outline.breakpoints
 
     def value(self, w: Any) -> Any:
         """See :meth:`Varying.value`."""
@@ -217,7 +208,7 @@ class Shown(Varying):
         return value * shown, jacobian * shown[..., None]
 
 
-class Joined(Varying):
+class Joined(Combined):
     """Outlines one after another.
 
     Parameters
@@ -227,23 +218,8 @@ class Joined(Varying):
     """
 
     def __init__(self, parts: Sequence[Varying]) -> None:
-        self.parts = tuple(parts)
+        super().__init__(*parts)
         self.shape = (sum(part.shape[0] for part in parts), 2)
-
-    @property
-    def axis_count(self) -> int:
-        """See :attr:`Varying.axis_count`."""
-        return self.parts[0].axis_count
-
-    @property
-    def breakpoints(self) -> list[Array]:
-        """See :attr:`Varying.breakpoints`."""
-        return _union(self.parts)
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the quantity's arrays, in bytes."""
-        return sum(part.nbytes for part in self.parts)
 
     def value(self, w: Any) -> Any:
         """See :meth:`Varying.value`."""
@@ -258,7 +234,7 @@ class Joined(Varying):
         return xp.concatenate(values, -2), xp.concatenate(jacobians, -3)
 
 
-class Reordered(Varying):
+class Reordered(Combined):
     """An outline whose points are in another order.
 
     Parameters
@@ -270,23 +246,9 @@ class Reordered(Varying):
     """
 
     def __init__(self, outline: Varying, order: IntArray) -> None:
+        super().__init__(outline)
         self.outline, self.order = outline, order
         self.shape = outline.shape
-
-    @property
-    def axis_count(self) -> int:
-        """See :attr:`Varying.axis_count`."""
-        return self.outline.axis_count
-
-    @property
-    def breakpoints(self) -> list[Array]:
-        """See :attr:`Varying.breakpoints`."""
-        return self.outline.breakpoints
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the quantity's arrays, in bytes."""
-        return self.outline.nbytes
 
     def value(self, w: Any) -> Any:
         """See :meth:`Varying.value`."""
