@@ -17,8 +17,8 @@ from ..errors import FontError, FontWarning, warn_caller
 from ..outline.glyph import Glyph, Layer
 from ..outline.paint import LINEAR, RADIAL, SOLID, SWEEP, Colour, Paint
 from ..outline.placed import Transformation, place
-from ..outline.variation import merge_regions, selection
-from ..outline.varying import Affine, Varying, constant
+from ..outline.variation import merge_regions
+from ..outline.varying import Affine, Varying, constant, one_after_another
 from .clip import cuts
 from .varstore import NO_VARIATION, VariationStore
 
@@ -195,10 +195,10 @@ class ColourReader:
             self.numbers(s, ("Alpha",) if kind == SOLID else ("StopOffset", "Alpha")) for s in stops
         ]
         zero = constant(np.zeros(1), self._axis_count)
-        parts += [zero if kind == SOLID else _rows(part, [0]) for part in both]
-        parts += [_rows(part, [-1]) for part in both]
+        parts += [zero if kind == SOLID else part.some([0]) for part in both]
+        parts += [part.some([-1]) for part in both]
         entries = tuple(_entry(stop.PaletteIndex) for stop in stops)
-        return Paint(kind, _stacked(parts), entries, extend, self.frame(around))
+        return Paint(kind, one_after_another(parts), entries, extend, self.frame(around))
 
     def matrix(self, paint: Any) -> Varying:
         """The map of a transformation, (2, 3)."""
@@ -317,17 +317,3 @@ def _form(paint: Any) -> PaintFormat:
 
 def _entry(index: int) -> int | None:
     return None if index == FOREGROUND else index
-
-
-def _rows(numbers: Affine, rows: list[int]) -> Affine:
-    return Affine(numbers.base[rows], numbers.deltas[rows], numbers.support)
-
-
-def _stacked(parts: Sequence[Affine]) -> Affine:
-    """Vectors one after another, over their merged regions."""
-    support, places = merge_regions([part.support for part in parts])
-    deltas = [
-        part.deltas @ selection(where, len(support))
-        for part, where in zip(parts, places, strict=True)
-    ]
-    return Affine(np.concatenate([part.base for part in parts]), np.concatenate(deltas), support)

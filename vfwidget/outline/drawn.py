@@ -10,8 +10,7 @@ from ..arrays import Array, IntArray
 from .contours import Contours
 from .glyph import Glyph
 from .placed import Joined, Reordered
-from .variation import merge_regions, selection
-from .varying import Affine, Varying, constant
+from .varying import Affine, Varying, constant, one_after_another
 
 
 def as_drawn(glyph: Glyph) -> Glyph:
@@ -42,22 +41,14 @@ def _joined(outlines: Sequence[Varying], axis_count: int) -> Varying:
     affine = [outline for outline in outlines if isinstance(outline, Affine)]
     if len(affine) < len(outlines):
         return Joined(outlines)
-    support, places = merge_regions([outline.support for outline in affine])
-    deltas = [
-        outline.deltas @ selection(where, len(support))
-        for outline, where in zip(affine, places, strict=True)
-    ]
-    base = np.concatenate([outline.base for outline in affine])
-    return Affine(base, np.concatenate(deltas), support.reshape(len(support), axis_count, 3))
+    return one_after_another(affine)
 
 
 def _reversed(glyph: Glyph) -> Varying:
     """The outline of a glyph with every contour the other way round."""
     order = _backwards(glyph.contours)
-    if isinstance(glyph.outline, Affine):
-        own = glyph.outline
-        return Affine(own.base[order], own.deltas[order], own.support)
-    return Reordered(glyph.outline, order)
+    outline = glyph.outline
+    return outline.some(order) if isinstance(outline, Affine) else Reordered(outline, order)
 
 
 def _backwards(contours: Contours) -> IntArray:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +20,7 @@ import numpy as np
 
 from ..arrays import Array, ArrayLike, is_tensor, like, to_array, to_tensor
 from ..errors import GlyphError
-from .variation import Regions
+from .variation import Regions, merge_regions, selection
 
 
 class Varying(ABC):
@@ -105,6 +106,10 @@ class Affine(Varying):
         graph = [to_tensor(part).double() for part in (base, deltas) if _requires_grad(part)]
         self._graph = (to_tensor(base).double(), to_tensor(deltas).double()) if graph else None
 
+    def some(self, which: Any) -> Affine:
+        """The entries of the first dimension that an index names."""
+        return Affine(self.base[which], self.deltas[which], self.support)
+
     @cached_property
     def regions(self) -> Regions:
         """The support, made ready for evaluation."""
@@ -146,6 +151,16 @@ class Affine(Varying):
     def _parts(self, w: Any) -> tuple[Any, Any]:
         parts = self._graph if self._graph and is_tensor(w) else (self.base, self.deltas)
         return like(parts[0], w), like(parts[1], w)
+
+
+def one_after_another(parts: Sequence[Affine]) -> Affine:
+    """Affine quantities along their first dimension, over their merged regions."""
+    support, places = merge_regions([part.support for part in parts])
+    deltas = [
+        part.deltas @ selection(where, len(support))
+        for part, where in zip(parts, places, strict=True)
+    ]
+    return Affine(np.concatenate([part.base for part in parts]), np.concatenate(deltas), support)
 
 
 def constant(value: ArrayLike, axis_count: int) -> Affine:

@@ -100,10 +100,9 @@ class Common(NamedTuple):
     def spans_of(self, pair: int, layer: int) -> Spans:
         """The parts of one shape of a pair that bound the common area, by the shape's segments."""
         of = (self.pair == pair) & (self.layer == layer)
-        spans = with_length(self.spans, self.curves)
-        kept = of[spans.cubic] & (spans.weight != 0)
-        cubic, *others = (values[kept] for values in spans)
-        return Spans(self.segment[cubic], *others)
+        kept = of[self.spans.cubic] & (self.spans.weight != 0)
+        spans = with_length(Spans(*(values[kept] for values in self.spans)), self.curves)
+        return spans._replace(cubic=self.segment[spans.cubic])
 
 
 def pairs_nearby(

@@ -78,7 +78,7 @@ def with_length(spans: Spans, curves: Array) -> Spans:
     Where curves cross, rounding may leave such a span inside the shape.
     """
     length = spans.end - spans.start
-    speed = abs(slopes(curves)).sum((0, 1))[spans.cubic]
+    speed = abs(slopes(curves[..., spans.cubic])).sum((0, 1))
     short = (length <= SHORTEST_PART) & (speed * length <= SHORTEST)
     return spans._replace(weight=np.where(short, 0.0, spans.weight))
 

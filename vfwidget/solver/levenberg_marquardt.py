@@ -32,7 +32,7 @@ import numpy as np
 
 from ..arrays import Array, holds_anywhere
 from ..errors import SolveError
-from .linearize import cell, is_on_kink, linearize, linearize_closely
+from .linearize import cell, linearize, linearize_closely, near_kinks
 from .model import Model
 from .problem import Kind, Problem, Request, Requests, State, check_size
 from .quadratic import Quadratic, minimise_over_box
@@ -145,7 +145,7 @@ def step(problem: Problem, state: State) -> Requests:
 
 def _look_closely(problem: Problem, state: State) -> Requests:
     """On a kink, replace a model whose decrease no step finds; the new one may be stationary."""
-    if not is_on_kink(problem, state.x):
+    if near_kinks(problem, state.x) is None:
         return
     state.model = model = yield from linearize_closely(problem, state)
     model.holds_limits = True

@@ -15,7 +15,7 @@ from collections.abc import Generator
 
 import numpy as np
 
-from ..arrays import Array, between, holds_anywhere
+from ..arrays import Array, BoolArray, between, holds_anywhere
 from ..errors import SolveError
 from .model import Model
 from .problem import Kind, Problem, Request, State
@@ -50,8 +50,8 @@ def one_sided(
     """The Jacobian on the sides on which the cost falls, and the range of a step, low and high."""
     x = state.x
     low, high = problem.lower - x, problem.upper - x
-    near = problem.kinks is not None and abs(problem.kinks - x[:, None]) < OFFSET
-    if near is False or not holds_anywhere(near):
+    near = near_kinks(problem, x)
+    if near is None:
         jacobian = yield Kind.JACOBIAN, x
         return jacobian, low, high
     on_kink = near.any(1)
@@ -93,10 +93,12 @@ def linearize_closely(problem: Problem, state: State) -> Generator[Request, Arra
             return model
 
 
-def is_on_kink(problem: Problem, x: Array) -> bool:
-    """Whether some variable is on a kink, where slopes are evaluated beside it."""
-    kinks = problem.kinks
-    return kinks is not None and holds_anywhere(abs(kinks - x[:, None]) < OFFSET)
+def near_kinks(problem: Problem, x: Array) -> BoolArray | None:
+    """On which kinks (n, q) each variable is; None if none is on any."""
+    if problem.kinks is None:
+        return None
+    near: BoolArray = abs(problem.kinks - x[:, None]) < OFFSET
+    return near if holds_anywhere(near) else None
 
 
 def cell(kinks: Array, x: Array) -> tuple[Array, Array]:

@@ -85,8 +85,7 @@ class Composition:
 
     def regrouped(self, shared: bool) -> Composition:
         """The same string with axes shared by all letters, or not."""
-        arguments = self.font, self.string, shared, self.line_height, self.options, self.drawn
-        return Composition(*arguments)
+        return self._with(shared, self.drawn)
 
     @cached_property
     def as_drawn(self) -> Composition:
@@ -94,8 +93,10 @@ class Composition:
         glyph_ids = {glyph_id for row in self.settings.rows for glyph_id in row.glyph_ids}
         if self.drawn or not any(self.font.glyph(one).layers for one in glyph_ids):
             return self
-        arguments = self.font, self.string, self.shared, self.line_height, self.options
-        return Composition(*arguments, drawn=True)
+        return self._with(self.shared, drawn=True)
+
+    def _with(self, shared: bool, drawn: bool) -> Composition:
+        return Composition(self.font, self.string, shared, self.line_height, self.options, drawn)
 
     def __reduce__(self) -> Any:
         arguments = self.font, self.string, self.shared, self.line_height, self.options, self.drawn
