@@ -22,7 +22,8 @@ def target(text: vf.Text, letter: int, dx: float, dy: float) -> vf.Target:
 
 def test_all_letters_tied_are_a_word_with_shared_axes(text):
     shared = vf.Text("recursive", "none", axes={"wght": 500, "CASL": 0.3})
-    tied = vf.solve(text, [target(text, 2, 25, 10), vf.StayClose()], ties=[range(4)])
+    # The squares of each of the four letters count.
+    tied = vf.solve(text, [target(text, 2, 25, 10), vf.StayClose(2.5e-4)], ties=[range(4)])
     one = vf.solve(shared, [target(shared, 2, 25, 10), vf.StayClose()])
     assert tied.status == one.status
     assert tied.cost == pytest.approx(one.cost, abs=1e-6)
@@ -42,6 +43,30 @@ def test_a_group_starts_from_its_first_letter():
     text = vf.Text("recursive", "no", axes=[{"wght": 400}, {"wght": 900}], shared=False)
     solution = vf.solve(text, vf.StayClose(), ties=[(1, 0)])
     assert [values["wght"] for values in solution.axes] == [900, 900]
+
+
+def test_the_axes_of_every_letter_of_a_group_are_pulled():
+    text = vf.Text("recursive", "no", axes=[{"wght": 400}, {"wght": 900}], shared=False)
+    pulled = vf.solve(text, vf.AxisTarget({"wght": 700}, letter=1), ties=[(0, 1)])
+    assert [round(values["wght"]) for values in pulled.axes] == [700, 700]
+    assert pulled.cost == pytest.approx(0, abs=1e-4)
+    both = [vf.AxisTarget({"wght": 500}, letter=0), vf.AxisTarget({"wght": 800}, 1, weight=3e4)]
+    between = vf.solve(text, both, ties=[(0, 1)])
+    wanted = (text.font.normalize({"wght": 500}) + 3 * text.font.normalize({"wght": 800})) / 4
+    assert torch.allclose(between.theta, wanted.expand(2, -1), atol=1e-4)
+
+
+def test_the_cost_is_that_of_all_letters():
+    text = vf.Text("recursive", "no", axes=[{"wght": 400}, {"wght": 900}], shared=False)
+    theta, weight = text.theta.numpy(), 200.0
+    found = vf.solve(text, [vf.StayClose(weight, theta), target(text, 0, 9, 3)], ties=[(0, 1)])
+    away = (found.theta.numpy() - theta) ** 2
+    missed = (found.text.position(found.terms[1].term.handle) - torch.tensor(
+        found.terms[1].term.position
+    )).square().sum()  # fmt: skip
+    assert found.terms[0].cost == pytest.approx(weight * away.sum())
+    assert found.cost == pytest.approx(weight * away.sum() + float(missed))
+    assert found.history[-1].cost == pytest.approx(found.cost)
 
 
 def test_the_jacobian_follows_from_differences(text):

@@ -65,7 +65,8 @@ def solve(
         Tags of axes that keep their values. Default: none.
     ties : sequence of sequences of int
         Groups of letters that share one axis vector, such as ``[(0, 1, 2)]``, in a text with one
-        for each letter. A group starts from the axis values of its first letter. Default: none.
+        for each letter. A group starts from the axis values of its first letter, and the cost is
+        that of all letters. Default: none.
     max_iterations : int
         Largest number of accepted steps. Default 100.
     step_tolerance : float

@@ -19,6 +19,7 @@ from ..text.place import AXES, Unknowns
 from .checked import bound
 from .energy import Energy
 from .term import Term, TermResult
+from .word_terms import StayClose
 
 Ties = Sequence[Sequence[int]]
 """Groups of letters; the letters of a group share one axis vector."""
@@ -42,9 +43,10 @@ def energy_of(
         leaders = _leaders(ties, len(text.glyphs))
         followers = int(np.count_nonzero(leaders != np.arange(len(leaders))))
         if followers and not text.shared:
-            # The terms hold on to what they find at the text, also where a group starts elsewhere.
-            terms = [bound(term, text) for term in terms]
             grouped = text.moved(text.coordinates[leaders])
+            # The terms hold on to what they find at the text, also where a group starts elsewhere;
+            # only the axes to stay close to are those of the start.
+            terms = [bound(term, grouped if _is_close(term) else text) for term in terms]
             whole = Energy(grouped, terms, free, locks, followers)
             return TiedEnergy(whole, leaders) if AXES in whole.unknowns.slices else whole
     # A drag asks for the same energy at every event, with another goal.
@@ -52,6 +54,11 @@ def energy_of(
     if latest is not None and _is_over(latest, free, locks):
         return latest.at(text, terms)
     return Energy(text, terms, free, locks)
+
+
+def _is_close(term: Any) -> bool:
+    """Whether a term keeps axes near those of the start of the solve."""
+    return isinstance(term, StayClose) and term.theta is None
 
 
 def _is_over(energy: Energy, free: Collection[str], locks: Collection[str]) -> bool:
@@ -161,18 +168,15 @@ class TiedEnergy(Energy):
         self.lower, self.upper = np.full(len(kept), -np.inf), np.full(len(kept), np.inf)
         np.maximum.at(self.lower, self._source, whole.lower)
         np.minimum.at(self.upper, self._source, whole.upper)
-        follows = lead != np.arange(len(lead))
-        self.proximity, self.constant = self._once(whole, follows, kept), whole.constant
-
-    def _once(self, whole: Energy, follows: Array, kept: IntArray) -> Proximity:
-        """The squares of the unknowns, without those of the letters that follow others."""
-        whole._pulls = [
-            pull and pull._replace(weights=np.where(follows, 0.0, pull.weights))
-            for pull in whole._pulls
-        ]
-        whole._collect_proximity()
-        weights, reference = whole.proximity
-        return Proximity(weights[kept], reference[kept])
+        # The squares of one unknown for each letter of a group are one, around their mean.
+        all_weights, references = whole.proximity
+        weights, mean = np.zeros(len(kept)), np.zeros(len(kept))
+        np.add.at(weights, self._source, all_weights)
+        np.add.at(mean, self._source, all_weights * references)
+        np.divide(mean, weights, out=mean, where=weights > 0)
+        self.proximity = Proximity(weights, mean)
+        apart = all_weights * (references - mean[self._source]) ** 2
+        self.constant = whole.constant + float(apart.sum())
 
     def at(self, text: Text, terms: Sequence[Term]) -> Energy:
         """As :meth:`Energy.at`."""
