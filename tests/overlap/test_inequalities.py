@@ -10,8 +10,9 @@ from vfwidget.overlap.inequalities import WALL, Model, Walls
 def model(seed: int) -> Model:
     """A model with up to 12 unknowns, 2 residuals and 4 inequalities.
 
-    Two inequalities are nearly equal, unless there is one only. About half of the models have
-    distances that count for some unknowns only.
+    Two inequalities are nearly equal, unless there is one only. About half of the models with
+    residuals have distances that count for some unknowns only. In a third of them, inequalities are steep, as
+    those of slivers, and some are met at the start.
     """
     rng = np.random.default_rng(seed)
     n, rows, count = rng.integers(1, 13), rng.integers(0, 3), rng.integers(1, 5)
@@ -22,17 +23,20 @@ def model(seed: int) -> Model:
     x = rng.choice([-1.0, 0.0, 0.5, 1.0], n)
     lower, upper = np.where(x > 0, 0.0, least), np.where(x < 0, 0.0, most)
     depths = rng.uniform(0, 5, count)
+    if seed % 3 == 2:
+        slopes *= 10 ** rng.uniform(0, 2.5, (count, 1))
+        depths[rng.random(count) < 0.5] = -1e-9
     walls = Walls(
         np.arange(count), slopes, depths - slopes @ x, depths, np.ones(count), np.full(count, 0.5)
     )
     constant = 100 * rng.normal(size=rows)
-    weights = rng.choice([0.0, 1.0], n) if seed % 2 else np.ones(n)
+    weights = rng.choice([0.0, 1.0], n) if seed % 2 and rows else np.ones(n)
     return Model(
         x, lower, upper, least, most, constant, jacobian, weights, x, walls=walls, own=walls
     )
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(200))
 def test_the_minimum_is_that_of_scipy(seed):
     case = model(seed)
 
@@ -49,4 +53,4 @@ def test_the_minimum_is_that_of_scipy(seed):
     options = {"maxiter": 5000, "maxfun": 50000, "ftol": 0, "gtol": 1e-6}
     starts = (case.x, found)
     referee = [minimize(cost, x, jac=True, bounds=bounds, options=options) for x in starts]
-    assert cost(found)[0] <= min(result.fun for result in referee) * (1 + 1e-6) + 1e-9
+    assert cost(found)[0] <= min(result.fun for result in referee) * (1 + 1e-6) + 2e-5

@@ -284,7 +284,7 @@ def test_one_term_needs_no_list():
 
 def test_a_free_result_says_which_goals_it_misses():
     text = vf.Text("roboto-flex", "NT").at(offsets=[(0, 0), (-260, 0)])
-    solution = vf.resolve_overlaps(text, terms=[vf.Pin(text.nearest(700, 700))])
+    solution = vf.resolve_overlaps(text, terms=[vf.Pin(text.nearest(700, 700), (700, 5000))])
     miss = solution.terms[-1].miss
     assert solution.free and miss > 1
     assert solution.status == "unreachable"

@@ -148,7 +148,7 @@ class Model(NamedTuple):
         """The minimum (N,).
 
         It is found by Newton's method, on a convex function that is quadratic as long as no
-        inequality changes from met to broken. At first all of them are taken to be broken.
+        inequality changes from met to broken.
         """
         root = math.sqrt(WALL)
         slopes = root * self.walls.slopes
@@ -161,7 +161,8 @@ class Model(NamedTuple):
             away = self.weights @ (x - self.reference) ** 2
             return float(rows @ rows + beyond @ beyond + away)
 
-        x, broken = self.x, np.ones(len(slopes), dtype=bool)
+        # Those that an earlier step has just met count as met.
+        x, broken = self.x, self.walls.beyond(self.x) > CLEAR[0]
         for _ in range(STEPS):
             quadratic = LowRankQuadratic(
                 np.concatenate([self.jacobian, slopes[broken]]),
@@ -178,10 +179,11 @@ class Model(NamedTuple):
             before, known = cost(x), broken
             while (after := cost(end)) > before and abs(end - x).max() > STILL:
                 end = (x + end) / 2
-            gains = after < before
-            if gains:
-                x = end
-            broken = slopes @ x + offsets > 0
-            if not gains and (broken == known).all():
+            if after < before:
+                x, broken = end, slopes @ end + offsets > 0
+                continue
+            # Inequalities that even a short step breaks stand in the way.
+            broken = known | (slopes @ end + offsets > 0)
+            if (broken == known).all():
                 break
         return between(x, self.lower, self.upper)
