@@ -230,12 +230,13 @@ def _sides(energy: Energy, found: Descent) -> Iterator[_Step]:
     if not holds_anywhere(at_side):
         return
     steps = held_axes(energy, found) / F2DOT14
-    # Letters that are tied together have one unknown for each axis, and so one side.
     unknown = energy.by_letter(np.arange(len(energy.lower)))
-    held = np.argwhere(at_side & (steps != 0))
-    _, first = np.unique(unknown[tuple(held.T)], return_index=True)
-    for letter, axis in held[np.sort(first)].tolist():
-        yield (letter, axis), float(steps[letter, axis])
+    held: dict[int, Entry] = {}
+    for entry in zip(*(part.tolist() for part in (at_side & (steps != 0)).nonzero()), strict=True):
+        # Letters that are tied together have one unknown for each axis, and so one side.
+        held.setdefault(int(unknown[entry]), entry)
+    for entry in held.values():
+        yield entry, float(steps[entry])
 
 
 def _beyond(energy: Energy, found: Descent, entry: Entry, step: float) -> Iterator[Text]:

@@ -194,7 +194,9 @@ class Energy:
         """Truth values for each axis, (n,), or entry of Θ, as one for each unknown, (N,)."""
         found = np.zeros(len(self.unknowns.start), dtype=bool)
         if AXES in self.unknowns.slices:
-            found[self.unknowns.slices[AXES]] = np.resize(by_axis, self.text.coordinates.size)
+            shape = self.text.coordinates.shape
+            axes = found[self.unknowns.slices[AXES]].reshape(shape)
+            axes[:] = np.asarray(by_axis).reshape(-1, shape[1])
         return found
 
     def _collect_proximity(self) -> None:

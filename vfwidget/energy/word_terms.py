@@ -62,11 +62,10 @@ class StayClose(Term):
         if self.theta is None:
             return StayClose(self.weight, text.coordinates)
         try:
-            reference = to_array(self.theta)
-            if reference.shape[-1:] == text.coordinates.shape[-1:]:
-                reference = np.broadcast_to(reference, text.coordinates.shape)
-            else:
-                reference = np.full(1, np.nan)
+            reference, shape = to_array(self.theta), text.coordinates.shape
+            if reference.shape != shape:
+                fits = reference.shape[-1:] == shape[-1:]
+                reference = np.broadcast_to(reference, shape) if fits else np.full(1, np.nan)
         except (TypeError, ValueError, RuntimeError):
             reference = np.full(1, np.nan)
         if not np.isfinite(reference).all():

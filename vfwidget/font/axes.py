@@ -71,11 +71,10 @@ class Axis:
         Where the segment map is flat, several user values share one w; the one nearest the
         default is given.
         """
-        users, normals = self._knots
-        if w == self.normalize(self.default):
+        (users, normals), at = self._knots, self._at_default
+        if w == normals[at]:
             return self.default
         # Walking outwards from the default finds the nearest preimage on a flat stretch.
-        at = int(np.flatnonzero(users == self.default)[0])
         if w > normals[at]:
             return _first_crossing(w, normals[at:], users[at:])
         return _first_crossing(-w, -normals[at::-1], users[at::-1])
@@ -91,6 +90,11 @@ class Axis:
                 corners[user] = target
         users = np.array(sorted(corners))
         return users, np.array([corners[user] for user in users])
+
+    @cached_property
+    def _at_default(self) -> int:
+        """Which corner is the default."""
+        return self._knots[0].tolist().index(self.default)
 
 
 def _first_crossing(x: float, xs: Array, ys: Array) -> float:

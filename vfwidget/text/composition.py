@@ -18,6 +18,8 @@ from .layout import Layout, layouts
 from .memo import Memo
 from .word import Word
 
+MOST_SETTINGS = 4
+"""So many settings are kept for the next calls."""
 HALVINGS = 15
 """Bisections for a side of a box: to 1/16384 of the range of an axis."""
 
@@ -81,7 +83,7 @@ class Composition:
         self._words: Memo[Word] = Memo()
         self.corresponding: Memo[tuple[int, float]] = Memo(1024)
         """Points of one glyph that stand for those of another, for handles."""
-        self._latest: tuple[Array, Setting] | None = None
+        self._latest: tuple[Array | None, list[Setting]] = None, []
 
     def regrouped(self, shared: bool) -> Composition:
         """The same string with axes shared by all letters, or not."""
@@ -158,19 +160,24 @@ class Composition:
     def _setting_at(self, theta: Array) -> Setting:
         """The setting at Θ, which nobody writes to.
 
-        The latest one is kept, because a drag seldom leaves it.
+        The latest ones are kept, because a drag seldom leaves them: where it comes to a boundary,
+        both sides of it are tried.
         """
-        at, latest = self._latest or (None, None)
-        if latest is not None and at is theta:
-            return latest
-        if latest is None or latest.misses(theta):
-            latest = Setting(self._word_at(theta), *self.settings.box_at(theta))
-            if latest.misses(theta):
+        at, kept = self._latest
+        if at is theta:
+            return kept[0]
+        for setting in kept:
+            if not setting.misses(theta):
+                break
+        else:
+            setting = Setting(self._word_at(theta), *self.settings.box_at(theta))
+            if setting.misses(theta):
                 # HarfBuzz rounds, so that Θ may lie just outside. Such a box is that of Θ alone.
-                sides = np.minimum(latest.lower, theta), np.maximum(latest.upper, theta)
-                return latest._replace(lower=sides[0], upper=sides[1])
-        self._latest = theta, latest
-        return latest
+                sides = np.minimum(setting.lower, theta), np.maximum(setting.upper, theta)
+                return setting._replace(lower=sides[0], upper=sides[1])
+        others = [one for one in kept if one is not setting]
+        self._latest = theta, [setting, *others[: MOST_SETTINGS - 1]]
+        return setting
 
     def _word_at(self, final: Array) -> Word:
         """The word at the coordinates at which the font's conditions apply."""
