@@ -242,16 +242,18 @@ class Body:
         points : (C, q) int array
         vectors : (C, q, 2) array
         """
-        shape = len(points), len(self._roots), 2
-        index = points + shape[1] * np.arange(shape[0])[:, None]
-        weights = np.bincount(
-            (2 * index[..., None] + [0, 1]).ravel(), vectors.ravel(), 2 * shape[0] * shape[1]
-        ).reshape(shape)
-        parts = [
-            weights[:, own].reshape(shape[0], len(m)) @ m
-            for own, m in zip(self.slices, self._lifts, strict=True)
-        ]
-        return np.concatenate(parts, axis=1)
+        found = np.zeros((len(points), len(self.lift)))
+        # With so few points in a row, a product with the whole matrix would take longer.
+        for own, rows, lift in zip(self.slices, self.rows, self._lifts, strict=True):
+            inside = (points >= own.start) & (points < own.stop)
+            at = inside.any(1).nonzero()[0]
+            if not len(at):
+                continue
+            index = np.where(inside, points - own.start, 0)[at]
+            weights = np.where(inside[..., None], vectors, 0.0)[at].reshape(len(at), 1, -1)
+            ways = lift.reshape(-1, 2, lift.shape[1])[index]
+            found[at, rows] = (weights @ ways.reshape(len(at), -1, lift.shape[1]))[:, 0]
+        return found
 
     def reduced_at(self, place: Mapping[str, Array]) -> Array:
         """The reduced coordinates (r,) at a place."""
