@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from functools import cached_property
 from itertools import repeat
 from typing import Any
 
@@ -125,7 +126,6 @@ class Energy:
         other = object.__new__(Energy)
         other.__dict__.update(known.__dict__)
         other.text, other.terms, other.unknowns = text, kept, known.unknowns.at(text.blocks)
-        other._check_size()
         other._set_bounds()
         other._pulls = list(map(proximity_around, kept, self._pulls, repeat(other.unknowns)))
         other._collect_proximity()
@@ -254,7 +254,7 @@ class Energy:
             if name not in self._linear and np.count_nonzero(fixed):
                 self._constant = self._constant + self._compiled.by_block(name) @ fixed.ravel()
 
-    @property
+    @cached_property
     def least_goal(self) -> float:
         """What it costs to miss a goal by its tolerance, for the goal of which this is least.
 

@@ -9,7 +9,7 @@ free or fixed; the solver sees one flat vector of the free ones.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -71,6 +71,16 @@ class Block(NamedTuple):
     upper: Array | None = None
     kinks: Array | None = None
 
+    @property
+    def with_bounds(self) -> tuple[Array, Array, Array]:
+        """The value, and both bounds as arrays; they are infinite where the block has none."""
+        value, lower, upper, _ = self
+        return (
+            value,
+            np.full(value.shape, -np.inf) if lower is None else lower,
+            np.full(value.shape, np.inf) if upper is None else upper,
+        )
+
 
 class Unknowns:
     """The free blocks of a solve as one flat vector.
@@ -127,10 +137,8 @@ class Unknowns:
 
     def _take(self, blocks: Mapping[str, Block]) -> None:
         self._blocks = blocks
-        free = [blocks[name] for name in self.slices]
-        self.start = _joined([block.value for block in free])
-        self.lower = _joined([_side(block.value, block.lower, -np.inf) for block in free])
-        self.upper = _joined([_side(block.value, block.upper, np.inf) for block in free])
+        free = [blocks[name].with_bounds for name in self.slices]
+        self.start, self.lower, self.upper = map(_joined, zip(*free, strict=True))
 
     def is_only(self, name: str) -> bool:
         """Whether this block is the only free one."""
@@ -183,10 +191,5 @@ class Unknowns:
         return padded
 
 
-def _side(value: Array, bound: Array | None, none: float) -> Array:
-    """A bound of a block, or infinity where it has none."""
-    return np.full(value.shape, none) if bound is None else bound
-
-
-def _joined(parts: list[Array]) -> Array:
+def _joined(parts: Sequence[Array]) -> Array:
     return parts[0].ravel() if len(parts) == 1 else np.concatenate([part.ravel() for part in parts])
