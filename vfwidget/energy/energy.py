@@ -126,6 +126,7 @@ class Energy:
         other = object.__new__(Energy)
         other.__dict__.update(known.__dict__)
         other.text, other.terms, other.unknowns = text, kept, known.unknowns.at(text.blocks)
+        other._check_size()
         other._set_bounds()
         other._pulls = list(map(proximity_around, kept, self._pulls, repeat(other.unknowns)))
         other._collect_proximity()
@@ -194,9 +195,8 @@ class Energy:
         """Truth values for each axis, (n,), or entry of Θ, as one for each unknown, (N,)."""
         found = np.zeros(len(self.unknowns.start), dtype=bool)
         if AXES in self.unknowns.slices:
-            shape = self.text.coordinates.shape
-            axes = found[self.unknowns.slices[AXES]].reshape(shape)
-            axes[:] = np.asarray(by_axis).reshape(-1, shape[1])
+            axes = found[self.unknowns.slices[AXES]].reshape(self.text.coordinates.shape)
+            axes[:] = np.asarray(by_axis).reshape(-1, axes.shape[1])
         return found
 
     def _collect_proximity(self) -> None:
