@@ -30,8 +30,9 @@ class Artwork:
     """Shapes around which letters make room.
 
     Fills, strokes (as areas of their width, with their joins, caps and dashes), transforms, groups,
-    symbols, ``use``, clip paths, markers, and style sheets within the file are read. Text, images
-    and scripts are ignored, and nothing is fetched. Masks and filters have no outline, so they are
+    symbols, ``use``, clip paths, markers, and style sheets within the file are read. What lies
+    outside of the document's width and height is cut off, if both are stated. Text, images and
+    scripts are ignored, and nothing is fetched. Masks and filters have no outline, so they are
     ignored as well: a shape with a mask counts as a whole.
 
     Parameters
@@ -57,7 +58,8 @@ class Artwork:
     Warns
     -----
     OverlapWarning
-        An element has a mask or a filter. The message names it.
+        An element has a mask, a filter, or another property that changes what is seen and is not
+        read; or a rule of a style sheet has a selector that is not read. The message names it.
 
     Examples
     --------
@@ -185,7 +187,8 @@ def _visible(shapes: Sequence[Drawn], placement: tuple[Array, Array]) -> list[Ar
         for key in keys:
             if key not in windows:
                 windows[key] = _window(clips[key], placement)
-            contours = _common(contours, windows[key])
+            if not _covers(windows[key], contours):
+                contours = _common(contours, windows[key])
         found.append(contours)
     parts = [Painted(contours, False) for contours in found if contours]
     contours = parts[0].contours if len(parts) == 1 else _joined(parts)
@@ -234,6 +237,17 @@ def _common(contours: list[Array], window: list[Array]) -> list[Array]:
     sizes = [len(contour) for contour in curves]
     layer = np.repeat([0] * len(contours) + [1] * len(window), sizes)
     return without_overlaps(np.concatenate(curves), sizes, in_both, layer=layer)
+
+
+def _covers(window: list[Array], contours: list[Array]) -> bool:
+    """Whether a window is an upright rectangle with all the contours in it."""
+    if len(window) != 1 or not contours:
+        return False
+    corners, points = window[0].reshape(-1, 2), np.concatenate(contours).reshape(-1, 2)
+    low, high = corners.min(0), corners.max(0)
+    x, y = np.moveaxis(window[0] - low, -1, 0)
+    area, box = abs(np.einsum("si,ij,sj", x, AREA, y)), (high - low).prod()
+    return bool(abs(area - box) <= THINNEST * box and ((low <= points) & (points <= high)).all())
 
 
 def _filled(areas: Sequence[Painted], placement: Any = (1.0, 0.0)) -> list[Array]:

@@ -71,7 +71,7 @@ def stroked(segments: Array, closed: bool, pen: Pen) -> list[Array]:
     if closed and not np.array_equal(long[-1, 3], long[0, 0]):
         long = np.concatenate([long, chord(long[-1, 3], long[0, 0])[None]])
     contours = []
-    for line in _dashed(long, pen) if pen.dashes else [long]:
+    for line in _dashed(long, closed, pen) if pen.dashes else [long]:
         whole, start = closed and line is long, line[0, 0]
         line = line[np.ptp(line, 1).any(1)]
         if not len(line):
@@ -261,11 +261,20 @@ def _disc(centre: Array, radius: float) -> Array:
     return centre + np.stack([out, out + along, following + ROUND * out, following], 1)
 
 
-def _dashed(segments: Array, pen: Pen) -> list[Array]:
+def length_of(segments: Array) -> float:
+    """The length of a path (s, 4, 2)."""
+    return float(_lengths(segments)[-1])
+
+
+def _lengths(segments: Array) -> Array:
+    """The length of a path (s, 4, 2) up to each of ``FINE`` places on each segment."""
+    steps = np.diff(bernstein(np.linspace(0, 1, FINE + 1)).T @ segments, axis=1)
+    return np.concatenate([[0.0], np.hypot(*steps.reshape(-1, 2).T).cumsum()])
+
+
+def _dashed(segments: Array, closed: bool, pen: Pen) -> list[Array]:
     """The dashes of a path (s, 4, 2), each a path of its own."""
-    t = np.linspace(0, 1, FINE + 1)
-    steps = np.diff(bernstein(t).T @ segments, axis=1)
-    lengths = np.concatenate([[0.0], np.hypot(*steps.reshape(-1, 2).T).cumsum()])
+    lengths = _lengths(segments)
     places = np.arange(len(lengths)) / FINE
     pattern = np.array(pen.dashes * (1 + len(pen.dashes) % 2))
     ends = np.concatenate([[0.0], pattern.cumsum()])
@@ -274,8 +283,13 @@ def _dashed(segments: Array, pen: Pen) -> list[Array]:
     starts = (begin + repeats[:, None] * ends[-1] + ends[:-1:2]).ravel()
     stops = starts + np.tile(pattern[::2], len(repeats))
     inside = ((stops > 0) | (starts == 0)) & (starts < lengths[-1])
-    cuts = np.interp([starts[inside], stops[inside]], lengths, places).T
-    return [_between(segments, *cut) for cut in cuts.tolist()]
+    starts, stops = starts[inside], stops[inside]
+    cuts = np.interp([starts, stops], lengths, places).T
+    dashes = [_between(segments, *cut) for cut in cuts.tolist()]
+    # Over the end of a closed path a dash goes on.
+    if closed and len(dashes) > 1 and starts[0] <= 0 and stops[-1] >= lengths[-1]:
+        dashes[0] = np.concatenate([dashes.pop(), dashes[0]])
+    return dashes
 
 
 def _between(segments: Array, low: float, high: float) -> Array:

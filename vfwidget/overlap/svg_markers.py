@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Array
-from .svg_shapes import cubics
+from .svg_paths import CLOSE, MOVE, Step
 
 
 class Vertex(NamedTuple):
@@ -28,28 +29,23 @@ class Vertex(NamedTuple):
     angle: float
 
 
-def vertices(path: Any) -> list[Vertex]:
-    """The vertices of a path of svgelements at which markers stand.
+def vertices(path: Sequence[Step]) -> list[Vertex]:
+    """The vertices of a path at which markers stand.
 
     A marker is turned to the bisector of the directions before and after its vertex. Where the
     path begins or ends, there is one direction; a closed subpath has both at its start.
     """
-    from svgelements import Close, Move
-
     places, ways, opens, closes = list[Array](), list[Array](), list[int](), dict[int, int]()
-    for part in path.segments(transformed=False):
-        if isinstance(part, Move):
+    for step in path:
+        if step.kind == MOVE:
             opens.append(len(places))
-            places.append(np.array(part.end, dtype=float))
+            places.append(step.end)
             ways.append(np.zeros((2, 2)))
             continue
-        if not places:
-            return []
-        curves = cubics(part)
-        points = [point for curve in curves for point in curve]
-        places.append(points[-1])
+        points = [point for curve in step.curves for point in curve]
+        places.append(step.end)
         ways.append(np.array([_way(points), -_way(points[::-1])]))
-        if isinstance(part, Close):
+        if step.kind == CLOSE:
             closes[opens[-1]] = len(places) - 1
     # The direction after a vertex is that in which the next segment begins.
     arriving = [way[1] for way in ways]

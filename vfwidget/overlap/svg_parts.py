@@ -15,14 +15,15 @@ WIDE, HIGH = (
 )
 """Attributes whose percentages are of the viewport's width, or of its height."""
 FONT_SIZE = 16.0
-"""The unit em."""
+"""The unit em, where no size of a font is stated."""
 INCH = 96.0
 UNITS = {
     **{"": 1.0, "px": 1.0, "in": INCH, "pt": INCH / 72, "pc": INCH / 6},
     **{"cm": INCH / 2.54, "mm": INCH / 25.4, "Q": INCH / 101.6},
-    **{"em": FONT_SIZE, "rem": FONT_SIZE, "ex": FONT_SIZE / 2, "ch": FONT_SIZE / 2},
 }
 """Units of length, in pixels."""
+BY_FONT = {"em": 1.0, "rem": 1.0, "ex": 0.5, "ch": 0.5}
+"""Units of length, in sizes of a font."""
 LENGTH = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(%|[a-z]*)", re.IGNORECASE | re.ASCII)
 WORD = re.compile(r"[a-z-]*", re.IGNORECASE)
 
@@ -63,10 +64,16 @@ def number(value: str | None, default: float) -> float:
     return number if math.isfinite(number) else default
 
 
-def length(name: str, value: str, whole: tuple[float, float]) -> float | None:
+def length(
+    name: str,
+    value: str,
+    whole: tuple[float, float],
+    font: tuple[float, float] = (FONT_SIZE, FONT_SIZE),
+) -> float | None:
     """A length in units of the coordinate system; None for a word such as ``auto``.
 
-    Percentages are of a viewport with the size ``whole``.
+    Percentages are of a viewport with the size ``whole``. The sizes of the fonts of the element
+    and of the document are the units em and rem.
     """
     value = value.strip()
     found = LENGTH.fullmatch(value)
@@ -75,6 +82,8 @@ def length(name: str, value: str, whole: tuple[float, float]) -> float | None:
             return None
         raise OverlapError(_unread(name, value))
     size, unit = float(found[1]), "Q" if found[2] in "qQ" and found[2] else found[2].lower()
+    if unit in BY_FONT:
+        return size * BY_FONT[unit] * font[unit == "rem"]
     if unit in UNITS:
         return size * UNITS[unit]
     if unit != "%":
@@ -88,5 +97,5 @@ def length(name: str, value: str, whole: tuple[float, float]) -> float | None:
 def _unread(name: str, value: str) -> str:
     return (
         f"The length {name}={value!r:.80} of the SVG cannot be read; give a number with one of the "
-        f"units {', '.join(filter(None, UNITS))} and %."
+        f"units {', '.join([*filter(None, UNITS), *BY_FONT])} and %."
     )

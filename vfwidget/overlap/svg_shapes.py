@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,16 +12,14 @@ from ..arrays import Array
 from ..errors import OverlapError
 from ..limits import limits
 from ..outline.cubics import chord, x_extent
-from .strokes import LEAST_CURVES, Pen, count_dashes, stroked
+from .strokes import LEAST_CURVES, Pen, count_dashes, length_of, stroked
+from .svg_paint import is_visible
 from .svg_parts import Drawn, number
+from .svg_paths import path_of, subpaths
 
 GEOMETRY = frozenset("d points x y x1 y1 x2 y2 cx cy r rx ry width height".split())
 """The attributes that give a shape its form."""
 NUMBER = re.compile(r"[0-9]*\.?[0-9]+")
-CLOSED_AGAIN = re.compile(r"[zZ](?=[\s,]*[^\s,mM])")
-"""A command that closes a subpath, if no move comes after it."""
-MOST_CLOSED = 1_000
-"""Such commands in a path. For each of them the whole path is searched for the last move."""
 
 
 class Painted(NamedTuple):
@@ -66,9 +64,8 @@ def outlines(shapes: Sequence[Drawn]) -> list[Outline]:
         key = (shape.tag, *(part for pair in sorted(form.items()) for part in pair))
         if key not in known:
             check_curves(_stated_curves(form))
-            _check_closed(form.get("d", ""))
             try:
-                known[key] = _subpaths(path_of(shape.tag, form))
+                known[key] = subpaths(path_of(shape.tag, form))
             except Exception as error:
                 raise OverlapError(f"A {shape.tag} of the SVG cannot be read: {error}.") from None
         found.append(Outline(known[key], shape.matrix[:2], shape.matrix[2]))
@@ -86,16 +83,6 @@ def check_curves(curves: int) -> None:
         )
 
 
-def _check_closed(path: str) -> None:
-    """Refuse a path that would take very long to read."""
-    count = len(CLOSED_AGAIN.findall(path))
-    if count > MOST_CLOSED:
-        raise OverlapError(
-            f"A path of the SVG closes its subpaths {count:,} times without a move, and at most "
-            f"{MOST_CLOSED:,} are read; begin each subpath with M."
-        )
-
-
 def areas(shape: Drawn, path: Outline) -> Iterator[Painted]:
     """The area that a shape fills, and the one that it strokes."""
     if path.subpaths and _is_painted(shape.style, "fill", "black"):
@@ -103,6 +90,7 @@ def areas(shape: Drawn, path: Outline) -> Iterator[Painted]:
     pen = _pen(shape.style)
     if pen is None:
         return
+    pen = _stretched(pen, shape.attributes.get("pathLength"), path)
     # The width of this stroke is that of the document, whatever the transforms.
     still = "non-scaling-stroke" in shape.style.get("vector-effect", "")
     bars = []
@@ -111,6 +99,18 @@ def areas(shape: Drawn, path: Outline) -> Iterator[Painted]:
         bars += pieces if still else [path.placed(piece) for piece in pieces]
     if bars:
         yield Painted(bars, False)
+
+
+def _stretched(pen: Pen, stated: str | None, path: Outline) -> Pen:
+    """A pen whose dashes are measured in units of which the path has a stated number."""
+    whole = number(stated, -1.0)
+    if not pen.dashes or whole < 0:
+        return pen
+    if whole == 0:
+        return pen._replace(dashes=())
+    scale = sum(length_of(segments) for segments, _ in path.subpaths) / whole
+    dashes = tuple(scale * dash for dash in pen.dashes)
+    return pen._replace(dashes=dashes if sum(dashes) > 0 else (), offset=scale * pen.offset)
 
 
 def filled(path: Outline, rule: str | None) -> Painted:
@@ -133,63 +133,6 @@ def _least_curves(shape: Drawn, path: Outline) -> int:
         return sum(len(segments) for segments, _ in path.subpaths)
     sides = (len(segments) + count_dashes(segments, pen) for segments, _ in path.subpaths)
     return LEAST_CURVES * sum(sides)
-
-
-def path_of(tag: str, form: dict[str, str]) -> Any:
-    """The shape as an object that knows its segments."""
-    import svgelements
-
-    if tag == "path":
-        path = svgelements.Path()
-        try:
-            path.parse(form.get("d", ""))
-        except (ValueError, TypeError, IndexError):
-            pass  # A path is drawn up to its first error.
-        return path
-    kinds = {
-        "rect": svgelements.Rect,
-        "circle": svgelements.Circle,
-        "ellipse": svgelements.Ellipse,
-        "line": svgelements.SimpleLine,
-        "polyline": svgelements.Polyline,
-        "polygon": svgelements.Polygon,
-    }
-    return kinds[tag](form)
-
-
-def _subpaths(element: Any) -> list[tuple[Array, bool]]:
-    """The cubic segments (s, 4, 2) of each subpath, and whether it is closed."""
-    from svgelements import Close, Move
-
-    found: list[tuple[list[Array], bool]] = []
-    for part in element.segments(transformed=False):
-        if isinstance(part, Move):
-            found.append(([], False))
-            continue
-        if not found:
-            return []  # A path that does not begin with a move is not drawn.
-        if found[-1][1]:
-            # After the end of a closed subpath, the next one begins at the same point.
-            found.append(([], False))
-        found[-1][0].extend(cubics(part))
-        if isinstance(part, Close):
-            found[-1] = (found[-1][0], True)
-    return [(np.array(segments), closed) for segments, closed in found if segments]
-
-
-def cubics(part: Any) -> list[Array]:
-    """A segment of a path as cubics (4, 2)."""
-    from svgelements import Arc, CubicBezier, QuadraticBezier
-
-    if isinstance(part, Arc):
-        return [cubic for piece in part.as_cubic_curves() for cubic in cubics(piece)]
-    start, end = np.array(part.start, dtype=float), np.array(part.end, dtype=float)
-    if isinstance(part, CubicBezier):
-        return [np.array([start, part.control1, part.control2, end], dtype=float)]
-    if isinstance(part, QuadraticBezier):
-        control = np.array(part.control, dtype=float)
-        return [np.stack([start, (start + 2 * control) / 3, (end + 2 * control) / 3, end])]
-    return [chord(start, end)]
 
 
 def box_of(shapes: Sequence[Drawn], matrix: Array) -> Array | None:
@@ -228,19 +171,10 @@ def _closed(segments: Array) -> Array:
 
 def _is_painted(style: dict[str, str], name: str, default: str) -> bool:
     """Whether a fill or a stroke is visible."""
-    from svgelements import Color
-
-    paint = style.get(name, default).strip()
-    if paint.lower() == "currentcolor":
+    paint = style.get(name, default)
+    if paint == "currentcolor":
         paint = style.get("color", "black")
-    if paint.startswith("url("):
-        return True
-    try:
-        colour = Color(paint)
-        opacity = number(style.get(f"{name}-opacity"), 1.0)
-        return colour.value is not None and colour.alpha > 0 and opacity > 0
-    except (ValueError, TypeError):
-        return True
+    return is_visible(paint) and number(style.get(f"{name}-opacity"), 1.0) > 0
 
 
 def _pen(style: dict[str, str]) -> Pen | None:
@@ -248,9 +182,9 @@ def _pen(style: dict[str, str]) -> Pen | None:
     width = number(style.get("stroke-width"), 1.0)
     if width <= 0 or not _is_painted(style, "stroke", "none"):
         return None
-    parts = re.split(r"[\s,]+", style.get("stroke-dasharray", "none").strip())
-    dashes = tuple(number(part.removesuffix("px"), -1.0) for part in parts)
-    if min(dashes) < 0 or sum(dashes) == 0:
+    # Lengths have been read as numbers; "none" is none.
+    dashes = tuple(number(part, 0.0) for part in style.get("stroke-dasharray", "").split())
+    if sum(dashes) == 0:
         dashes = ()
     return Pen(
         width,
@@ -258,5 +192,5 @@ def _pen(style: dict[str, str]) -> Pen | None:
         style.get("stroke-linejoin", "miter"),
         number(style.get("stroke-miterlimit"), 4.0),
         dashes,
-        number(style.get("stroke-dashoffset", "0").removesuffix("px"), 0.0),
+        number(style.get("stroke-dashoffset"), 0.0),
     )

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import NamedTuple
 from xml.etree import ElementTree
 
 from ..errors import OverlapError
+from .svg_paint import accepted
 
 NAMESPACES = ("", "http://www.w3.org/2000/svg")
 MOST_RULES = 1_000
 """Rules of style sheets that are read."""
 LONG = 1_000
 """Characters of a property that is read; it may be read again for each use of an element."""
+MOST_PARTS = 20
+"""Parts of a selector that is read."""
 SHAPING = frozenset({"d", "points", "transform"})
 """Attributes that may be longer."""
+STYLED = "style transform"
+"""The key of a transform that a style sheet states; its grammar is not that of the attribute."""
+IMPORTANT = re.compile(r"\s*!\s*important\s*$", re.IGNORECASE)
 NAMES = re.compile(r"([.#])([\w-]+)")
-SIMPLE = re.compile(r"(\*|[\w-]+)?((?:[.#][\w-]+)*)")
+ATTRIBUTES = re.compile(r"""\[\s*([\w:-]+)\s*(?:=\s*("[^"]*"|'[^']*'|[\w-]+)\s*)?\]""")
+SIMPLE = re.compile(rf"(\*|[\w-]+)?((?:[.#][\w-]+|:root|{ATTRIBUTES.pattern})*)")
+NEVER = re.compile(r"::|:(?:hover|active|focus|focus-within|focus-visible|visited|target)\b")
+"""Selectors that match nothing in a document that nobody uses."""
+MEDIA = re.compile(r"\s*(?:only\s+)?(?:all|screen)?\s*", re.IGNORECASE)
+"""A query of a style sheet that is always meant for a screen."""
 
 
 def tag_of(element: ElementTree.Element) -> str:
@@ -38,10 +50,13 @@ class Styles:
     def __init__(self, root: ElementTree.Element) -> None:
         self._parents = {child: parent for parent in root.iter() for child in parent}
         self._classes = {e: frozenset(e.get("class", "").split()) for e in root.iter()}
-        sheets = [element.text or "" for element in root.iter() if tag_of(element) == "style"]
-        self._rules = _rules("\n".join(sheets))
+        sheets = [element.text or "" for element in root.iter() if _is_sheet(element)]
+        self.unread: dict[str, None] = {}
+        """Selectors that are not read."""
+        self._rules = _rules("\n".join(sheets), self.unread)
+        self._root = root
         self._known: dict[ElementTree.Element, dict[str, str]] = {}
-        self._reached: dict[ElementTree.Element, list[int]] = {}
+        self._reached: dict[ElementTree.Element, list[_Reached]] = {}
 
     def stated(self, element: ElementTree.Element) -> dict[str, str]:
         """Attributes, and the properties that rules and the element's own style give it."""
@@ -57,21 +72,19 @@ class Styles:
         return found[::-1]
 
     def _read(self, element: ElementTree.Element) -> dict[str, str]:
-        own = dict(element.attrib)
         declared = [pair for rule in self._matching(element) for pair in rule.pairs]
-        declared += _pairs(own.get("style", ""))
-        important = [pair for pair in declared if pair[1].endswith("!important")]
+        declared += _pairs(element.get("style", ""))
+        important = [pair for pair in declared if IMPORTANT.search(pair[1])]
+        own = dict[str, str]()
+        for name, value in element.attrib.items():
+            _state(own, name, value.strip() if name not in SHAPING else value)
         for name, value in [*declared, *important]:
-            own[name] = value.removesuffix("!important").strip()
+            _state(own, STYLED if name == "transform" else name, IMPORTANT.sub("", value))
         if "marker" in own:
             own = {f"marker-{kind}": own["marker"] for kind in ("start", "mid", "end")} | own
-        return {
-            name: value
-            for name, value in own.items()
-            if value != "inherit" and (name in SHAPING or len(value) <= LONG)
-        }
+        return {name: value for name, value in own.items() if value != "inherit"}
 
-    def _progress(self, element: ElementTree.Element) -> list[int]:
+    def _progress(self, element: ElementTree.Element) -> list[_Reached]:
         """How many parts of each rule, from the outside in, an element and those around it match.
 
         The last part of a rule is left out. An element continues where the one around it ends, so
@@ -82,44 +95,67 @@ class Styles:
         while above is not None and above not in self._reached:
             path.append(above)
             above = self._parents.get(above)
-        counts = [0] * len(self._rules) if above is None else self._reached[above]
+        reached = [NOTHING] * len(self._rules) if above is None else self._reached[above]
         for one in reversed(path):
             facts = self._facts(one)
-            counts = [
-                count + (count < len(rule.parts) - 1 and rule.parts[count].fits(*facts))
-                for count, rule in zip(counts, self._rules, strict=True)
+            reached = [
+                _inside(rule, before, facts) if len(rule.parts) > 1 else NOTHING
+                for before, rule in zip(reached, self._rules, strict=True)
             ]
-        self._reached[element] = counts
-        return counts
+        self._reached[element] = reached
+        return reached
 
     def _matching(self, element: ElementTree.Element) -> list[_Rule]:
         """The rules whose last part matches an element, and the others elements around it."""
         above, facts = self._parents.get(element), self._facts(element)
-        counts = [0] * len(self._rules) if above is None else self._progress(above)
+        reached = [NOTHING] * len(self._rules) if above is None else self._progress(above)
         return [
             rule
-            for count, rule in zip(counts, self._rules, strict=True)
-            if count == len(rule.parts) - 1 and rule.parts[-1].fits(*facts)
+            for before, rule in zip(reached, self._rules, strict=True)
+            if before.allows(rule, len(rule.parts) - 1) and rule.parts[-1].fits(facts)
         ]
 
-    def _facts(self, element: ElementTree.Element) -> tuple[str, frozenset[str], str | None]:
-        """The type of an element, its classes and its id."""
-        return tag_of(element), self._classes.get(element, frozenset()), element.get("id")
+    def _facts(self, element: ElementTree.Element) -> _Facts:
+        return _Facts(
+            tag_of(element),
+            self._classes.get(element, frozenset()),
+            element.attrib,
+            element is self._root,
+        )
+
+
+class _Facts(NamedTuple):
+    """The facts about an element that selectors ask for."""
+
+    tag: str
+    classes: frozenset[str]
+    attributes: dict[str, str]
+    is_root: bool
 
 
 class _Part(NamedTuple):
-    """One part of a selector, such as ``rect.a``: the type, the classes and the ids it states."""
+    """One part of a selector, such as ``rect.a``: the type, the classes and the ids it states.
+
+    ``attributes`` are names with values, or with None for any value. ``child`` says whether the
+    element must lie directly in the one of the part before.
+    """
 
     tag: str | None
     classes: frozenset[str]
-    ids: frozenset[str]
+    attributes: tuple[tuple[str, str | None], ...]
+    root: bool
+    child: bool
 
-    def fits(self, tag: str, classes: frozenset[str], name: str | None) -> bool:
-        """Whether an element of this type, these classes and this id matches the part."""
+    def fits(self, facts: _Facts) -> bool:
+        """Whether an element matches the part."""
         return (
-            (self.tag is None or self.tag == tag)
-            and self.classes <= classes
-            and all(one == name for one in self.ids)
+            (self.tag is None or self.tag == facts.tag)
+            and self.classes <= facts.classes
+            and (facts.is_root or not self.root)
+            and all(
+                name in facts.attributes and value in (None, facts.attributes[name])
+                for name, value in self.attributes
+            )
         )
 
 
@@ -131,23 +167,83 @@ class _Rule(NamedTuple):
     pairs: list[tuple[str, str]]
 
 
-def _rules(css: str) -> list[_Rule]:
+class _Reached(NamedTuple):
+    """How much of a rule matches an element and those around it.
+
+    Bit k of ``here`` says whether the first k parts match, the last of them this element; that of
+    ``within``, whether they match this element or one around it.
+    """
+
+    here: int
+    within: int
+
+    def allows(self, rule: _Rule, index: int) -> bool:
+        """Whether an element directly inside may be that of a part."""
+        bits = self.here if rule.parts[index].child else self.within
+        return bool(bits >> index & 1)
+
+
+NOTHING = _Reached(0, 1)
+
+
+def _inside(rule: _Rule, before: _Reached, facts: _Facts) -> _Reached:
+    """How much of a rule matches an element, by how much of it matches the one around it."""
+    here = 0
+    for index in range(min(before.within.bit_length(), len(rule.parts) - 1)):
+        if before.allows(rule, index) and rule.parts[index].fits(facts):
+            here |= 2 << index
+    return _Reached(here, before.within | here)
+
+
+def _state(own: dict[str, str], name: str, value: str) -> None:
+    """Take a value into the properties of an element, if it is one that is accepted."""
+    if len(value) > LONG and name not in SHAPING:
+        return
+    found = accepted(name, value)
+    if found is not None:
+        own[name] = found
+
+
+def _is_sheet(element: ElementTree.Element) -> bool:
+    """Whether an element is a style sheet for a screen."""
+    kind = element.get("type", "").strip().lower()
+    return (
+        tag_of(element) == "style"
+        and kind in ("", "text/css")
+        and _is_for_screen(element.get("media", ""))
+    )
+
+
+def _is_for_screen(media: str) -> bool:
+    """Whether one of several queries has no condition; conditions of windows are not known."""
+    return any(MEDIA.fullmatch(query) for query in media.split(","))
+
+
+def _rules(css: str, unread: dict[str, None]) -> list[_Rule]:
     """The rules of a style sheet, the one that decides last.
 
-    Selectors of types, classes and ids are read, and those of elements within others.
+    Selectors of types, classes, ids, attributes and the root are read, and those of elements
+    within others. Others are added to ``unread``.
     """
     rules, known = [], dict[str, _Part]()
-    for block in _without_comments(css).split("}"):
-        selectors, _, body = block.rpartition("{")
-        for selector in selectors.split(","):
-            parts = selector.split()
-            if parts and all(SIMPLE.fullmatch(part) for part in parts):
-                types = sum(part[0] not in ".#*" for part in parts)
-                ids, classes = selector.count("#"), selector.count(".")
-                weight = 10_000 * ids + 100 * classes + types
-                # A hostile sheet may repeat a part a million times.
-                known |= {part: _part(part) for part in set(parts) - known.keys()}
-                rules.append(_Rule(weight, [known[part] for part in parts], _pairs(body)))
+    for selectors, body in _blocks(_without_comments(css)):
+        pairs = _pairs(body)
+        for selector in selectors.split(",") if pairs else ():
+            words = selector.replace(">", " > ").split()
+            parts = [word for word in words if word != ">"]
+            ends = not words or words[0] == ">" or words[-1] == ">" or "> >" in " ".join(words)
+            if ends or len(parts) > MOST_PARTS or not all(map(SIMPLE.fullmatch, parts)):
+                if not NEVER.search(selector):
+                    unread[selector.strip()[:80]] = None
+                continue
+            keys = [
+                ">" * (i > 0 and words[i - 1] == ">") + word
+                for i, word in enumerate(words)
+                if word != ">"
+            ]
+            # A hostile sheet may repeat a part a million times.
+            known |= {key: _part(key) for key in set(keys) - known.keys()}
+            rules.append(_Rule(sum(map(_weight, parts)), [known[key] for key in keys], pairs))
     if len(rules) > MOST_RULES:
         raise OverlapError(
             f"The SVG has {len(rules):,} rules of style, and at most {MOST_RULES:,} are read; "
@@ -156,16 +252,68 @@ def _rules(css: str) -> list[_Rule]:
     return sorted(rules, key=lambda rule: rule.weight)
 
 
+def _blocks(css: str) -> Iterator[tuple[str, str]]:
+    """The selectors and the declarations of each rule, also of those for screens only."""
+    place, begun, groups = 0, 0, 0
+    while found := SIGN.search(css, place):
+        place, before = found.end(), css[begun : found.start()].strip()
+        rule = before.startswith("@")
+        if found[0] == "{" and rule and _is_group(before):
+            groups += 1
+        elif found[0] == "{":
+            end = _end_of_block(css, place)
+            if not rule:
+                yield before, css[place:end]
+            place = end + 1
+        elif found[0] == "}" and groups:
+            groups -= 1
+        elif not (found[0] == ";" and rule):
+            continue  # A sign where it means nothing spoils the selector.
+        begun = place
+
+
+SIGN = re.compile(r"[{};]")
+
+
+def _is_group(rule: str) -> bool:
+    """Whether the rules within this one are for screens."""
+    name, _, media = rule.partition(" ")
+    return name.lower() == "@layer" or (name.lower() == "@media" and _is_for_screen(media))
+
+
+def _end_of_block(css: str, place: int) -> int:
+    """Where the block ends that begins before a place."""
+    depth = 1
+    for found in SIGN.finditer(css, place):
+        depth += {"{": 1, "}": -1}.get(found[0], 0)
+        if depth == 0:
+            return found.start()
+    return len(css)
+
+
+def _weight(part: str) -> int:
+    """The specificity of a part of a selector, as one number."""
+    bare = ATTRIBUTES.sub("", part)
+    types = part[0] not in ".#*[:"
+    classes = bare.count(".") + len(ATTRIBUTES.findall(part)) + bare.count(":root")
+    return 10_000 * bare.count("#") + 100 * classes + types
+
+
 def _part(source: str) -> _Part:
     """A part of a selector, from its text."""
-    tag = re.match(r"[\w-]+", source)
-    names = NAMES.findall(source)
-    classes, ids = (frozenset(name for kind, name in names if kind == sign) for sign in ".#")
-    return _Part(tag[0] if tag else None, classes, ids)
+    child = source.startswith(">")
+    source = source.removeprefix(">")
+    stated = [(m[1], m[2] and m[2].strip("\"'")) for m in ATTRIBUTES.finditer(source)]
+    bare = ATTRIBUTES.sub("", source)
+    tag = re.match(r"[\w-]+", bare)
+    names = NAMES.findall(bare)
+    classes = frozenset(name for kind, name in names if kind == ".")
+    stated += [("id", name) for kind, name in names if kind == "#"]
+    return _Part(tag[0] if tag else None, classes, tuple(stated), ":root" in bare, child)
 
 
 def _without_comments(css: str) -> str:
-    first, *others = css.split("/*")
+    first, *others = css.replace("<!--", "").replace("-->", "").split("/*")
     return first + "".join(other.partition("*/")[2] for other in others)
 
 

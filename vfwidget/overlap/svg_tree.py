@@ -6,21 +6,23 @@ symbols, masks, metadata, elements of other languages) is left out.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from typing import NamedTuple
+from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import numpy as np
 
-from ..arrays import Array
 from ..errors import OverlapError, OverlapWarning, warn_caller
 from ..limits import limits
 from .svg_markers import Vertex, vertices
+from .svg_paint import without_server
 from .svg_parts import HIGH, WIDE, Drawn, length, number
-from .svg_shapes import GEOMETRY, box_of, path_of
-from .svg_style import LONG, Styles, tag_of
+from .svg_paths import path_of
+from .svg_shapes import GEOMETRY, box_of
+from .svg_style import Styles, tag_of
+from .svg_transforms import inside, scaled, shifted, turned, view_box
+from .svg_viewport import Around, dashes, fonts_of, placed_in, viewport
 
 SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 GROUPS = frozenset({"g", "a", "svg", "switch", "use"})
@@ -32,27 +34,25 @@ INHERITED = frozenset(
 """Properties that an element has from the one around it unless it states its own."""
 MARKED = frozenset({"path", "line", "polyline", "polygon"})
 """Shapes that may have markers at their vertices."""
-IGNORED = ("mask", "filter")
-"""Properties that change what is painted, but have no outline."""
 DEPTH = 100
 """Most elements around an element, with those through which it is used."""
-LENGTHS = WIDE | HIGH | {"r", "stroke-width"}
+LENGTHS = WIDE | HIGH | {"r", "stroke-width", "stroke-dashoffset"}
 SIZED = SHAPES | GROUPS | {"symbol", "marker", "clipPath"}
 """Elements whose lengths are read."""
 DEFAULT_SIZE = (1000.0, 1000.0)
 """The viewport of an SVG that states none; only percentages depend on it."""
 VIEW = re.compile(r"(?<=\d)v(w|h|min|max)$", re.IGNORECASE)
 REFERENCE = re.compile(r"""url\(\s*['"]?#([^'")]+)""")
-
-
-class _Around(NamedTuple):
-    """What the elements around an element say about it."""
-
-    style: dict[str, str]
-    matrix: Array
-    size: tuple[float, float]
-    clips: tuple[list[Drawn], ...]
-    elements: tuple[int, ...]
+IGNORED = {
+    "mask": REFERENCE,
+    "filter": re.compile(REFERENCE.pattern + r"|.*\("),
+    "clip-path": re.compile(r"(?!url)[a-z-]+\("),
+    "transform-box": re.compile(r"(?:fill|content|stroke|border)-box"),
+    **dict.fromkeys(("translate", "rotate", "scale"), re.compile(r"(?!none).")),
+}
+"""Properties that change what is seen, and are not read: which values of them do."""
+SERVERS = frozenset({"linearGradient", "radialGradient", "pattern"})
+"""Elements that a fill or a stroke may refer to."""
 
 
 def drawn_shapes(source: str) -> list[Drawn]:
@@ -72,14 +72,21 @@ def drawn_shapes(source: str) -> list[Drawn]:
         root = ElementTree.fromstring(source.encode(), parser)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise OverlapError(f"The SVG cannot be parsed: {error}.") from None
-    box = _view_box(root.attrib)
-    size = (box[2], box[3]) if box else DEFAULT_SIZE
+    box = view_box(root.attrib)
+    size = (box[2], box[3]) if box and min(box[2:]) > 0 else DEFAULT_SIZE
     document = _Document(root)
-    shapes = list(document.walk(root, _Around({}, np.eye(3, 2), size, (), ())))
+    shapes = list(document.walk(root, Around({}, np.eye(3, 2), size, (), ())))
     if document.ignored:
         warn_caller(
-            f"Masks and filters have no outline and are ignored: {', '.join(document.ignored)}. "
-            "The shapes count as a whole.",
+            f"The SVG states what is not read and is ignored: {', '.join(document.ignored)}. Masks "
+            "and filters have no outline. The shapes count as a whole, where they are without it.",
+            OverlapWarning,
+        )
+    if unread := list(document.styles.unread):
+        warn_caller(
+            "Rules of style are ignored whose selectors are not read: "
+            f"{', '.join(map(repr, unread[:3]))}; state them by types, classes, ids, attributes, "
+            ":root, and elements within others.",
             OverlapWarning,
         )
     return shapes
@@ -94,34 +101,38 @@ class _Document:
         self.ignored: dict[str, None] = {}
         """What is said about masks and filters of elements, in their order."""
 
-    def walk(self, element: ElementTree.Element, around: _Around) -> Iterator[Drawn]:
+    def walk(self, element: ElementTree.Element, around: Around) -> Iterator[Drawn]:
         """The shapes of an element, and of the elements in it."""
         self._count(element, around)
-        tag, own = tag_of(element), self._stated(element, around.size)
-        if tag not in SHAPES | GROUPS or own.get("display") == "none":
+        tag, own = tag_of(element), self._stated(element, around)
+        if not _is_chosen(element) or own.get("display") == "none":
             return
         if number(own.get("opacity"), 1.0) <= 0:
             return
         around = around._replace(
             style=around.style | {name: own[name] for name in INHERITED & own.keys()},
-            matrix=_placed(around.matrix, own.get("transform")),
+            fonts=fonts_of(own, around, element is self.root),
+            # The outermost element is transformed with its viewport.
+            matrix=around.matrix if element is self.root else placed_in(around, own),
             elements=(*around.elements, id(element)),
         )
         shapes = self._content(element, tag, own, around)
         yield from self._clipped(own, around, shapes)
         self.ignored |= dict.fromkeys(
             f"the {name} of {_named(element)}"
-            for name in IGNORED
-            if REFERENCE.match(own.get(name, "")) or (name == "filter" and "(" in own.get(name, ""))
+            for name, form in IGNORED.items()
+            if form.match(own.get(name, ""))
         )
 
     def _content(
-        self, element: ElementTree.Element, tag: str, own: dict[str, str], around: _Around
+        self, element: ElementTree.Element, tag: str, own: dict[str, str], around: Around
     ) -> Iterator[Drawn]:
         """The shapes of an element, without its clip path."""
         if tag == "ellipse":
-            # One radius stands for both.
-            own = {"rx": own.get("ry", "0"), "ry": own.get("rx", "0"), **own}
+            # One radius stands for both, also for one that is below 0.
+            given = {n: own[n] for n in ("rx", "ry") if number(own.get(n), -1.0) >= 0}
+            both = {"rx": given.get("ry", "0"), "ry": given.get("rx", "0")}
+            own = {name: value for name, value in own.items() if name not in both} | both | given
         if tag in SHAPES:
             if around.style.get("visibility", "visible") == "visible" and _has_size(tag, own):
                 style = around.style | {"vector-effect": own.get("vector-effect", "none")}
@@ -133,7 +144,9 @@ class _Document:
             yield from self._used(own, around)
             return
         if tag == "svg":
-            inner = _viewport(own, around, outermost=element is self.root)
+            root = element is self.root
+            fixed = root and self._has_fixed_size()
+            inner = viewport(own, around, outermost=root, clipped=fixed or not root)
             if inner is None:
                 return
             around = inner
@@ -143,7 +156,13 @@ class _Document:
         for child in children:
             yield from self.walk(child, around)
 
-    def _markers(self, tag: str, own: dict[str, str], around: _Around) -> Iterator[Drawn]:
+    def _has_fixed_size(self) -> bool:
+        """Whether the document states a size that does not depend on its window."""
+        own = self.styles.stated(self.root)
+        sides = [own.get(name, "auto").strip() for name in ("width", "height")]
+        return not any(side == "auto" or "%" in side or VIEW.search(side) for side in sides)
+
+    def _markers(self, tag: str, own: dict[str, str], around: Around) -> Iterator[Drawn]:
         """The shapes of the markers at the vertices of a shape."""
         markers = {
             kind: marker
@@ -158,11 +177,11 @@ class _Document:
                 yield from self._marker(markers[vertex.kind], vertex, around)
 
     def _marker(
-        self, marker: ElementTree.Element, vertex: Vertex, around: _Around
+        self, marker: ElementTree.Element, vertex: Vertex, around: Around
     ) -> Iterator[Drawn]:
         """The shapes of a marker at a vertex."""
         self._count(marker, around)
-        stated = self._stated(marker, around.size)
+        stated = self._stated(marker, around)
         width, height = (number(stated.get(f"marker{side}"), 3.0) for side in ("Width", "Height"))
         by_stroke = stated.get("markerUnits", "strokeWidth") != "userSpaceOnUse"
         scale = number(around.style.get("stroke-width"), 1.0) if by_stroke else 1.0
@@ -175,23 +194,23 @@ class _Document:
         if orient == "auto-start-reverse" and vertex.kind == "start":
             turn += 180.0
         x, y = vertex.place.tolist()
-        placed = f"translate({x!r}, {y!r}) rotate({turn!r}) scale({scale!r})"
-        matrix = _placed(around.matrix, placed)
+        placed = inside(inside(shifted(x, y), turned(turn)), scaled(scale, scale))
+        matrix = inside(around.matrix, placed)
         size = {"width": repr(width), "height": repr(height)}
         own = {name: value for name, value in stated.items() if name not in ("x", "y")} | size
         own.setdefault("overflow", "hidden")
         # The reference point is in coordinates of the view box, and lies at the vertex.
-        plain = _viewport(own, around._replace(matrix=np.eye(3, 2), clips=()))
+        plain = viewport(own, around._replace(matrix=np.eye(3, 2), clips=()))
         if plain is None:
             return
         reference = [number(stated.get(name), 0.0) for name in ("refX", "refY")]
         left, top = np.array([*reference, 1.0]) @ plain.matrix
-        inside = around._replace(
+        within = around._replace(
             style=self._inherited(marker),
-            matrix=_placed(matrix, f"translate({-float(left)!r}, {-float(top)!r})"),
+            matrix=inside(matrix, shifted(-float(left), -float(top))),
             elements=(*around.elements, id(marker)),
         )
-        inner = _viewport(own, inside)
+        inner = viewport(own, within)
         if inner is not None:
             for child in marker:
                 for shape in self.walk(child, inner):
@@ -211,31 +230,40 @@ class _Document:
         element = self.named.get(found[1]) if found else None
         return element if element is not None and tag_of(element) == tag else None
 
-    def _used(self, own: dict[str, str], around: _Around) -> Iterator[Drawn]:
+    def _used(self, own: dict[str, str], around: Around) -> Iterator[Drawn]:
         """The shapes of the element that a ``use`` refers to."""
-        names = [value for key, value in own.items() if key.rpartition("}")[2] == "href"]
-        used = self.named.get(names[0].strip()[1:]) if names and names[0][:1] == "#" else None
+        used = self._by_reference(own)
         if used is None:
             return
-        x, y = own.get("x", "0"), own.get("y", "0")
-        around = around._replace(matrix=_placed(around.matrix, f"translate({x}, {y})"))
+        x, y = (number(own.get(name), 0.0) for name in ("x", "y"))
+        around = around._replace(matrix=inside(around.matrix, shifted(x, y)))
         tag = tag_of(used)
         if tag not in ("symbol", "svg"):
             yield from self.walk(used, around)
             return
         self._count(used, around)
         # A symbol is a group with a viewport, whose size the use may state.
-        stated = self._stated(used, around.size)
+        stated = self._stated(used, around)
         stated |= {name: value for name, value in own.items() if name in ("width", "height")}
         style = around.style | {name: stated[name] for name in INHERITED & stated.keys()}
-        around = around._replace(style=style, elements=(*around.elements, id(used)))
-        inner = _viewport(stated, around)
+        elements = (*around.elements, id(used))
+        around = around._replace(style=style, elements=elements, matrix=placed_in(around, stated))
+        inner = viewport(stated, around)
         if inner is not None:
             for child in used:
                 yield from self.walk(child, inner)
 
+    def _by_reference(self, own: Mapping[str, str]) -> ElementTree.Element | None:
+        """The element that a ``use`` refers to."""
+        names = {key.rpartition("}")[0]: key for key in own if key.rpartition("}")[2] == "href"}
+        # The plain attribute counts more than that of XLink.
+        name = own[names[min(names)]].strip() if names else ""
+        if not name.startswith("#"):
+            return None
+        return self.named.get(name[1:], self.named.get(unquote(name[1:])))
+
     def _clipped(
-        self, own: dict[str, str], around: _Around, shapes: Iterable[Drawn]
+        self, own: dict[str, str], around: Around, shapes: Iterable[Drawn]
     ) -> Iterable[Drawn]:
         """The shapes of an element within its clip path, if it has one."""
         clip = self._referred(own.get("clip-path"), "clipPath")
@@ -243,25 +271,25 @@ class _Document:
             return shapes
         shapes = list(shapes)
         self._count(clip, around)
-        stated = self._stated(clip, around.size)
-        matrix = _placed(around.matrix, stated.get("transform"))
+        stated = self._stated(clip, around)
+        matrix = placed_in(around, stated)
         if stated.get("clipPathUnits") == "objectBoundingBox":
             box = box_of(shapes, around.matrix)
             if box is None:
                 return []
-            inner = np.column_stack([np.stack([*np.diag(box[1] - box[0]), box[0]]), [0, 0, 1]])
-            matrix = inner @ matrix
-        inside = around._replace(
+            matrix = inside(matrix, np.stack([*np.diag(box[1] - box[0]), box[0]]))
+        within = around._replace(
             style={name: stated[name] for name in INHERITED & stated.keys()},
             matrix=matrix,
             clips=(),
             elements=(*around.elements, id(clip)),
         )
-        area = [shape for child in clip for shape in self.walk(child, inside)]
-        area = list(self._clipped(stated, inside, [s for s in area if not s.of_marker]))
+        children = filter(self._is_of_clip, clip)
+        area = [shape for child in children for shape in self.walk(child, within)]
+        area = list(self._clipped(stated, within, [s for s in area if not s.of_marker]))
         return [shape._replace(clips=(*shape.clips, area)) for shape in shapes]
 
-    def _count(self, element: ElementTree.Element, around: _Around) -> None:
+    def _count(self, element: ElementTree.Element, around: Around) -> None:
         """Refuse what could grow without limit when it is expanded."""
         self.visited += 1
         if id(element) in around.elements:
@@ -274,17 +302,39 @@ class _Document:
                 "is expanded, and this one has more; simplify it or raise vf.limits.svg_elements."
             )
 
-    def _stated(self, element: ElementTree.Element, size: tuple[float, float]) -> dict[str, str]:
+    def _is_of_clip(self, element: ElementTree.Element) -> bool:
+        """Whether an element may be in a clip path: a shape, by itself or by reference."""
+        used: ElementTree.Element | None = element
+        if tag_of(element) == "use":
+            used = self._by_reference(self.styles.stated(element))
+        return used is not None and tag_of(used) in SHAPES
+
+    def _stated(self, element: ElementTree.Element, around: Around) -> dict[str, str]:
         """The attributes and properties of an element, with lengths as numbers."""
         own = self.styles.stated(element)
         if tag_of(element) not in SIZED:
             return own
-        lengths = {
-            name: length(name, _by_view(own[name], element is self.root), size)
-            for name in LENGTHS & own.keys()
-        }
-        own = {name: value for name, value in own.items() if name not in lengths}
-        return own | {name: repr(value) for name, value in lengths.items() if value is not None}
+        size, fonts = around.size, fonts_of(own, around, element is self.root)
+        found = dict[str, str]()
+        for name, value in own.items():
+            if name in LENGTHS:
+                number = length(name, _by_view(value, element is self.root), size, fonts)
+                found |= {} if number is None else {name: repr(number)}
+            elif name == "stroke-dasharray":
+                found[name] = dashes(value, size, fonts)
+            elif name in ("fill", "stroke"):
+                found[name] = without_server(value, self._is_server(value))
+            else:
+                found[name] = value
+        return found
+
+    def _is_server(self, paint: str) -> bool:
+        """Whether a paint refers to a gradient with a stop, or to a pattern."""
+        found = REFERENCE.match(paint)
+        element = self.named.get(found[1].strip()) if found else None
+        if element is None or tag_of(element) not in SERVERS:
+            return False
+        return len(element) > 0 or any(name.rpartition("}")[2] == "href" for name in element.attrib)
 
 
 def _by_view(value: str, outermost: bool) -> str:
@@ -306,66 +356,6 @@ def _is_chosen(element: ElementTree.Element) -> bool:
         and not element.get("requiredExtensions")
         and (language is None or "en" in re.split(r"[\s,-]+", language))
     )
-
-
-def _viewport(own: dict[str, str], around: _Around, outermost: bool = False) -> _Around | None:
-    """What is around the content of an element that has a size and may have a view box.
-
-    None if it has no area, so that nothing is drawn.
-    """
-    from svgelements import Viewbox
-
-    box = _view_box(own)
-    x, y = (0.0, 0.0) if outermost else (number(own.get(name), 0.0) for name in ("x", "y"))
-    sides = [number(own[name], -1.0) if name in own else None for name in ("width", "height")]
-    whole = around.size
-    if outermost and box:
-        # The missing side follows from the proportions of the view box.
-        ratio = box[2] / box[3]
-        whole = (ratio * (sides[1] or whole[1]), (sides[0] or whole[0]) / ratio)
-    width, height = (
-        default if side is None else side for side, default in zip(sides, whole, strict=True)
-    )
-    if width <= 0 or height <= 0:
-        return None
-    clips = around.clips
-    if not outermost and own.get("overflow", "hidden") not in ("visible", "auto"):
-        form = {"x": x, "y": y, "width": width, "height": height}
-        edge = Drawn("rect", {k: repr(v) for k, v in form.items()}, {}, around.matrix, ())
-        clips = (*clips, [edge])
-    if box:
-        fit = Viewbox.viewbox_transform(x, y, width, height, *box, own.get("preserveAspectRatio"))
-    else:
-        fit = f"translate({x!r}, {y!r})"
-    size = (box[2], box[3]) if box else (width, height)
-    return around._replace(matrix=_placed(around.matrix, fit), size=size, clips=clips)
-
-
-def _placed(matrix: Array, transform: str | None) -> Array:
-    """A matrix (3, 2), with a further transform of the content."""
-    from svgelements import Matrix
-
-    if not transform or transform == "none":
-        return matrix
-    if len(transform) > LONG:
-        raise OverlapError(f"A transform has {len(transform):,} characters; simplify the SVG.")
-    try:
-        own = Matrix(transform)
-        own.render(ppi=96.0)
-        numbers = [float(value) for value in (own.a, own.b, own.c, own.d, own.e, own.f)]
-    except Exception:
-        raise OverlapError(
-            f"The transform {transform!r:.100} cannot be read; state it as in translate(3, 4)."
-        ) from None
-    inner = np.column_stack([np.reshape(numbers, (3, 2)), [0.0, 0.0, 1.0]])
-    return np.asarray(inner @ matrix)
-
-
-def _view_box(own: Mapping[str, str]) -> list[float] | None:
-    """Left, top, width and height of a view box that has an area."""
-    parts = re.split(r"[\s,]+", own.get("viewBox", "").strip())
-    numbers = [number(part, math.nan) for part in parts]
-    return numbers if len(numbers) == 4 and min(numbers[2:]) > 0 else None
 
 
 def _has_size(tag: str, own: dict[str, str]) -> bool:
