@@ -76,6 +76,34 @@ CASES = {
     '<path d="M130 110A30 30 0 0 1 180 150H140" marker-mid="url(#o)" marker-end="url(#a)"/>'
     '<path d="M20 180h0" stroke-width="4" marker-start="url(#o)"/>'
     '<g marker-end="url(#a)" transform="scale(1 .6)"><path d="M60 300q40 -40 60 0"/></g></g>',
+    "smooth": '<path d="M20 90S40 20 80 90S100 160 140 90T190 90T120 120"/>'
+    '<path d="M20 190Q40 120 60 190S90 190 120 150T150 190V195H20Z"/>',
+    "tight turns": '<g fill="none" stroke="#000" stroke-width="14"><path d="M30 30C38 110 31 110 '
+    '36 40"/><path d="M80 40C90.18 -47 82.32 120 83.12 60" stroke-linejoin="round"/>'
+    '<path d="M120 90T180 93.3T150 30" transform="skewX(-5)"/>'
+    '<rect x="20.1" y="120.3" width="57.45" height="31.87" rx="54.92" stroke-linejoin="bevel"/>'
+    '<path d="M104.9 128.83z" stroke-linecap="round"/></g>',
+    "dashes of corners": '<g fill="none" stroke="#000" stroke-width="20"><rect x="20" y="20" '
+    'width="70" height="70" stroke-dasharray="53 20"/><polygon stroke-linecap="round" points='
+    '"155 170 140 70 181 195" stroke-dasharray="7.438 17.94" stroke-dashoffset="54.73"/>'
+    '<path d="M20 120H90" stroke-dasharray="10% 5mm"/><path d="M20 150H90" stroke-dasharray="1 2" '
+    'pathLength="9"/><path d="M20 180H90" stroke-dasharray="20,"/></g>',
+    "boxes of open paths": '<clipPath id="b" clipPathUnits="objectBoundingBox"><circle cx=".5" '
+    'cy=".5" r=".4"/></clipPath><path d="M22 77C35 147 85 22 54 142S60 13 116 127S133 28 187 145" '
+    'stroke="#000" stroke-width="20" clip-path="url(#b)"/>',
+    "inherited shares": '<g stroke="#000" stroke-width="5%" fill="none"><path d="M10 20H190"/>'
+    '<svg viewBox="0 0 50 50" width="100" height="100" y="60"><path d="M5 10H45"/></svg></g>',
+    "rules": "<style>@media print{rect{fill:none}} g&gt;.b{fill:none} .b{fill:green} "
+    'rect[height="9"]{fill:none;fill:nocolour}</style><g><rect id="b" class="b" width="60" '
+    'height="50"/></g>'
+    '<use href="#b" x="100" y="20"/><rect y="120" width="90" height="9"/>'
+    '<rect y="150" width="90" height="30" fill="url(#no)"/>'
+    '<rect x="99" y="150" width="90" height="30" fill="url(#no) red"/>',
+    "transforms of styles": '<rect x="60" y="30" width="60" height="40" style="transform:'
+    'rotate(.1turn) translateX(10%);transform-origin:right 40px"/><symbol id="s" transform='
+    '"rotate(9)" viewBox="0 0 0 9"><rect width="90" height="90"/></symbol><use href="#s"/>'
+    '<symbol id="t" transform="rotate(9)" viewBox="0 0 9 9"><rect width="9" height="9"/></symbol>'
+    '<use href="#t" x="40" y="110" width="60" height="60"/>',
     "arcs": '<path d="M20 20A0 30 0 0 1 90 20V60Z"/><path d="M10 100a50 30 30 01110 20z"/>'
     '<path d="M60 190A-60 40 -20 1 0 100 150Z"/>',
 }

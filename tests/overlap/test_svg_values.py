@@ -125,3 +125,47 @@ def test_transforms_of_style_sheets(transform, box):
 def test_what_is_not_read_is_said(body, said):
     with pytest.warns(vf.OverlapWarning, match=said):
         assert area(ONE + body) == pytest.approx(1)
+
+
+def test_the_box_of_an_open_path_holds_its_end():
+    clip = '<clipPath id="h" clipPathUnits="objectBoundingBox"><rect width=".5" height="1"/>'
+    body = f'{clip}</clipPath><path d="M0 0H10V4" clip-path="url(#h)"/>'
+    assert area(body) == pytest.approx(5)
+
+
+def test_a_round_cap_is_half_a_disc():
+    # The dash turns back at the corner, so a whole disc would stand out beyond it.
+    stroke = 'stroke="red" stroke-width="20" stroke-linecap="round" fill="none"'
+    box = artwork(f'<path d="M0 0L2 0L0 .5" {stroke}/>').box
+    assert box[1, 0] < 6
+
+
+def test_a_handle_that_rounding_has_left_has_no_direction():
+    stroke = 'stroke="red" stroke-width="4" fill="none"'
+    bent = area(f'<path d="M0 .1C1e-15 .1 20 10 20 20" {stroke}/>')
+    assert bent == pytest.approx(area(f'<path d="M0 .1C0 .1 20 10 20 20" {stroke}/>'))
+    straight = area(f'<path d="M160.1 153.3T151 153.3T140 160" {stroke}/>')
+    assert straight == pytest.approx(area(f'<path d="M160.1 153.3L151 153.3Q141.9 153.3 140 160" '
+                                          f'{stroke}/>'), rel=1e-2)  # fmt: skip
+
+
+def test_rules_look_no_farther_than_a_use():
+    css = "<style>g rect{fill:none} rect{fill:red}</style>"
+    body = f'{css}<g><rect id="a" width="9" height="9"/></g><use href="#a" y="20"/>'
+    assert area(body) == pytest.approx(81)
+
+
+def test_percentages_of_strokes_are_of_the_viewport_of_the_shape():
+    inner = '<svg viewBox="0 0 20 20" width="20" height="20" y="50"><path d="M5 10H15"/></svg>'
+    body = f'<g stroke="red" stroke-width="5%"><path d="M10 20H90"/>{inner}</g>'
+    assert area(body, 'viewBox="0 0 100 100"') == pytest.approx(80 * 5 + 10)
+
+
+def test_a_tight_turn_is_as_wide_as_the_stroke():
+    body = '<path d="M0 0C8 80 1 80 6 10" fill="none" stroke="red" stroke-width="14"/>'
+    steps = np.linspace(0, 1, 4001)[:, None]
+    a, b, c, d = np.array([[0, 0], [8, 80], [1, 80], [6, 10]])
+    u = 1 - steps
+    curve = u**3 * a + 3 * u**2 * steps * b + 3 * u * steps**2 * c + steps**3 * d
+    # The lowest point of the outline lies half a width below the lowest point of the curve.
+    assert artwork(body).box[0, 1] == pytest.approx(-curve[:, 1].max() - 7, abs=0.05)

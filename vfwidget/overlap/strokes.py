@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,10 @@ STEPS, PER_CUBIC = 16, 2
 outline replaces."""
 STRAIGHT = 1e-6
 """A segment is straight if its handles are so near to the thirds of its chord, by its size."""
+ROUNDING = 1e-9
+"""Handles that are shorter, by the size of the curve, have no direction."""
+SHARP, MOST_CUTS = 0.3, 8
+"""Radians between two steps along a curve above which it is cut, and how often."""
 FINE = 64
 """Straight steps by which the length of a curve is measured."""
 LEAST_CURVES = 4
@@ -64,7 +69,7 @@ class Pen(NamedTuple):
 
 def stroked(segments: Array, closed: bool, pen: Pen) -> list[Array]:
     """The contours of the stroke of a path (s, 4, 2)."""
-    long = segments[np.ptp(segments, 1).any(1)]
+    long = _with_length(segments)
     half = pen.width / 2
     if not len(long):
         return _dot(segments[0, 0], half, pen.cap)
@@ -73,7 +78,7 @@ def stroked(segments: Array, closed: bool, pen: Pen) -> list[Array]:
     contours = []
     for line in _dashed(long, closed, pen) if pen.dashes else [long]:
         whole, start = closed and line is long, line[0, 0]
-        line = line[np.ptp(line, 1).any(1)]
+        line = _gentle(_with_length(line))
         if not len(line):
             contours += _dot(start, half, pen.cap)
             continue
@@ -82,6 +87,30 @@ def stroked(segments: Array, closed: bool, pen: Pen) -> list[Array]:
             contours += _cap(line[0, 0], -_direction(line[0], 0), half, pen.cap)
             contours += _cap(line[-1, 3], _direction(line[-1], 1), half, pen.cap)
     return contours
+
+
+def _with_length(segments: Array) -> Array:
+    """Segments (s, 4, 2) without those that are points; rounding leaves points a little length."""
+    return segments[(np.ptp(segments, 1) > ROUNDING * abs(segments).max(initial=0.0)).any(1)]
+
+
+def _gentle(segments: Array) -> Array:
+    """A path (s, 4, 2) with segments cut where they turn too fast for the steps along an edge."""
+    found, waiting = list[Array](), [(cubic, 0) for cubic in segments[::-1]]
+    while waiting:
+        cubic, depth = waiting.pop()
+        slopes = _quadratic(np.linspace(0, 1, STEPS + 1)).T @ np.diff(cubic, axis=0)
+        slopes[abs(slopes).max(1) < ROUNDING * np.ptp(cubic, 0).max()] = 0.0
+        before, after = slopes[:-1], slopes[1:]
+        turns = abs(np.arctan2(_cross(before, after), (before * after).sum(-1)))
+        worst = int(turns.argmax())
+        if turns[worst] <= SHARP or depth == MOST_CUTS:
+            found.append(cubic)
+            continue
+        middle = np.clip((worst + 0.5) / STEPS, 1 / STEPS, 1 - 1 / STEPS)
+        parts = _cut(cubic, float(middle))
+        waiting += [(part, depth + 1) for part in parts[::-1] if np.ptp(part, 0).any()]
+    return np.array(found).reshape(-1, 4, 2)
 
 
 def _bars(line: Array, closed: bool, pen: Pen) -> list[Array]:
@@ -122,8 +151,9 @@ def count_dashes(segments: Array, pen: Pen) -> int:
 def _direction(cubic: Array, end: int) -> Array:
     """The unit vector along a cubic (4, 2) at its start (0) or its end (1)."""
     points = cubic[::-1] if end else cubic
-    # A handle may have no length.
-    way = next(point - points[0] for point in points[1:] if (point != points[0]).any())
+    # A handle may have no length, or one that rounding has left.
+    least = ROUNDING * np.ptp(points, 0).max()
+    way = next(point - points[0] for point in points[1:] if abs(point - points[0]).max() > least)
     way = way / np.hypot(*way)
     return -way if end else way
 
@@ -144,6 +174,7 @@ def _edges(cubic: Array, half: float) -> tuple[Edges, bool]:
     middle, slope = bernstein(t).T @ cubic, 3 * _quadratic(t).T @ sides
     bend = 6 * np.stack([1 - t, t], 1) @ np.diff(sides, axis=0)
     speed = np.hypot(*slope.T)[:, None]
+    speed[speed < ROUNDING * np.ptp(cubic, 0).max()] = 0.0
     along = slope / np.where(speed > 0, speed, 1.0)
     along[[0, -1]] = _direction(cubic, 0), _direction(cubic, 1)
     right = half * along @ QUARTER
@@ -236,7 +267,7 @@ def _join(before: Array, after: Array, pen: Pen) -> list[Array]:
 def _cap(end: Array, out: Array, half: float, cap: str) -> list[Array]:
     """What is beyond the end of an open path."""
     if cap == "round":
-        return [_disc(end, half)]
+        return [_half_disc(end, half * out)]
     return [_bar(end - OVERLAP * half * out, end + half * out, half)] if cap == "square" else []
 
 
@@ -270,6 +301,18 @@ def _lengths(segments: Array) -> Array:
     """The length of a path (s, 4, 2) up to each of ``FINE`` places on each segment."""
     steps = np.diff(bernstein(np.linspace(0, 1, FINE + 1)).T @ segments, axis=1)
     return np.concatenate([[0.0], np.hypot(*steps.reshape(-1, 2).T).cumsum()])
+
+
+def _half_disc(centre: Array, out: Array) -> Array:
+    """Half a disc around a point, on the side of its radius ``out``."""
+    right = out @ QUARTER
+    one, tip, other = centre + right, centre + out, centre - right
+    quarters = [
+        [one, one + ROUND * out, tip + ROUND * right, tip],
+        [tip, tip - ROUND * right, other + ROUND * out, other],
+    ]
+    back = [other, other - OVERLAP * out, one - OVERLAP * out, one]
+    return np.concatenate([quarters, [chord(*pair) for pair in pairwise(back)]])
 
 
 def _dashed(segments: Array, closed: bool, pen: Pen) -> list[Array]:

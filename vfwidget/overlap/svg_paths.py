@@ -24,6 +24,8 @@ COMMAND = re.compile(r"\s*([MmZzLlHhVvCcSsQqTtAa])\s*")
 COUNTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}
 """How many numbers a command takes; more of them repeat it."""
 QUARTER = math.pi / 2
+ROUNDING = 1e-9
+"""Sides of a rectangle that are shorter, by its size, are no sides."""
 MOVE, DRAW, CLOSE = "move", "draw", "close"
 
 
@@ -121,10 +123,13 @@ def _rectangle(form: Mapping[str, str]) -> list[Step]:
     ]
     for before, after in corners:
         start, end = np.array(before), np.array(after)
-        if (steps[-1].end != start).any():
+        if abs(steps[-1].end - start).max() > ROUNDING * (width + height):
             steps.append(Step(DRAW, [chord(steps[-1].end, start)], start))
+        start = steps[-1].end
         steps.append(Step(DRAW, _arc(start, rx, ry, 0.0, False, True, end), end))
-    return [*steps, Step(CLOSE, [chord(steps[-1].end, steps[0].end)], steps[0].end)]
+    # Rounding leaves no side between two corners that meet.
+    steps[-1].curves[-1][3] = steps[0].end
+    return [*steps, Step(CLOSE, [chord(steps[0].end, steps[0].end)], steps[0].end)]
 
 
 def _ellipse(centre: Array, rx: float, ry: float) -> list[Step]:
@@ -227,7 +232,9 @@ def _quadratic(here: Array, points: list[Array], mirrored: Mapping[str, Array]) 
     if len(points) == 1:
         points = [mirrored.get("quadratic", here), *points]
     control, end = points
-    curve = np.stack([here, (here + 2 * control) / 3, (end + 2 * control) / 3, end])
+    # Exactly at the ends where the control point is.
+    handles = [one + 2 / 3 * (control - one) for one in (here, end)]
+    curve = np.stack([here, *handles, end])
     return [curve], {"quadratic": 2 * end - control}
 
 

@@ -152,7 +152,9 @@ def box_of(shapes: Sequence[Drawn], matrix: Array) -> Array | None:
     corners = []
     for path in outlines(shapes):
         if path.subpaths:
-            segments = torch.from_numpy(np.concatenate([part for part, _ in path.subpaths]))
+            # The extent of open segments leaves out where the last one ends.
+            parts = [_closed(part) for part, _ in path.subpaths]
+            segments = torch.from_numpy(np.concatenate(parts))
             x, y = (torch.stack(x_extent([segments[..., axes]])) for axes in ([0, 1], [1, 0]))
             corners.append(path.placed(np.array([[(a, b) for a in x] for b in y]).reshape(-1, 2)))
     if not corners or abs(np.linalg.det(matrix[:2])) == 0:

@@ -55,14 +55,20 @@ class Styles:
         """Selectors that are not read."""
         self._rules = _rules("\n".join(sheets), self.unread)
         self._root = root
-        self._known: dict[ElementTree.Element, dict[str, str]] = {}
-        self._reached: dict[ElementTree.Element, list[_Reached]] = {}
+        self._known: dict[_Within, dict[str, str]] = {}
+        self._reached: dict[_Within, list[_Reached]] = {}
 
-    def stated(self, element: ElementTree.Element) -> dict[str, str]:
-        """Attributes, and the properties that rules and the element's own style give it."""
-        if element not in self._known:
-            self._known[element] = self._read(element)
-        return self._known[element]
+    def stated(
+        self, element: ElementTree.Element, top: ElementTree.Element | None = None
+    ) -> dict[str, str]:
+        """Attributes, and the properties that rules and the element's own style give it.
+
+        Of the elements around it only those within ``top`` count: rules do not look out of what a
+        ``use`` draws.
+        """
+        if (element, top) not in self._known:
+            self._known[element, top] = self._read(element, top)
+        return self._known[element, top]
 
     def path(self, element: ElementTree.Element) -> list[ElementTree.Element]:
         """An element and those around it, from the outside in."""
@@ -71,8 +77,10 @@ class Styles:
             found.append(above)
         return found[::-1]
 
-    def _read(self, element: ElementTree.Element) -> dict[str, str]:
-        declared = [pair for rule in self._matching(element) for pair in rule.pairs]
+    def _read(
+        self, element: ElementTree.Element, top: ElementTree.Element | None
+    ) -> dict[str, str]:
+        declared = [pair for rule in self._matching(element, top) for pair in rule.pairs]
         declared += _pairs(element.get("style", ""))
         important = [pair for pair in declared if IMPORTANT.search(pair[1])]
         own = dict[str, str]()
@@ -84,34 +92,45 @@ class Styles:
             own = {f"marker-{kind}": own["marker"] for kind in ("start", "mid", "end")} | own
         return {name: value for name, value in own.items() if value != "inherit"}
 
-    def _progress(self, element: ElementTree.Element) -> list[_Reached]:
+    def _above(
+        self, element: ElementTree.Element, top: ElementTree.Element | None
+    ) -> ElementTree.Element | None:
+        """The element around one, if it is within ``top``."""
+        return None if element is top else self._parents.get(element)
+
+    def _progress(
+        self, element: ElementTree.Element | None, top: ElementTree.Element | None
+    ) -> list[_Reached]:
         """How many parts of each rule, from the outside in, an element and those around it match.
 
         The last part of a rule is left out. An element continues where the one around it ends, so
         nothing is compared again for each element inside.
         """
-        path = []
-        above: ElementTree.Element | None = element
-        while above is not None and above not in self._reached:
+        path, above = [], element
+        while above is not None and (above, top) not in self._reached:
             path.append(above)
-            above = self._parents.get(above)
-        reached = [NOTHING] * len(self._rules) if above is None else self._reached[above]
+            above = self._above(above, top)
+        nothing = [NOTHING] * len(self._rules)
+        reached = nothing if above is None else self._reached[above, top]
         for one in reversed(path):
             facts = self._facts(one)
             reached = [
                 _inside(rule, before, facts) if len(rule.parts) > 1 else NOTHING
                 for before, rule in zip(reached, self._rules, strict=True)
             ]
-        self._reached[element] = reached
+            self._reached[one, top] = reached
         return reached
 
-    def _matching(self, element: ElementTree.Element) -> list[_Rule]:
+    def _matching(
+        self, element: ElementTree.Element, top: ElementTree.Element | None
+    ) -> list[_Rule]:
         """The rules whose last part matches an element, and the others elements around it."""
-        above, facts = self._parents.get(element), self._facts(element)
-        reached = [NOTHING] * len(self._rules) if above is None else self._progress(above)
+        facts = self._facts(element)
         return [
             rule
-            for before, rule in zip(reached, self._rules, strict=True)
+            for before, rule in zip(
+                self._progress(self._above(element, top), top), self._rules, strict=True
+            )
             if before.allows(rule, len(rule.parts) - 1) and rule.parts[-1].fits(facts)
         ]
 
@@ -122,6 +141,10 @@ class Styles:
             element.attrib,
             element is self._root,
         )
+
+
+_Within = tuple[ElementTree.Element, ElementTree.Element | None]
+"""An element, and the one that a ``use`` draws with it."""
 
 
 class _Facts(NamedTuple):

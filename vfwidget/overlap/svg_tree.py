@@ -22,7 +22,7 @@ from .svg_paths import path_of
 from .svg_shapes import GEOMETRY, box_of
 from .svg_style import Styles, tag_of
 from .svg_transforms import inside, scaled, shifted, turned, view_box
-from .svg_viewport import Around, dashes, fonts_of, placed_in, viewport
+from .svg_viewport import PEN, Around, dashes, fonts_of, pen_of, placed_in, viewport
 
 SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 GROUPS = frozenset({"g", "a", "svg", "switch", "use"})
@@ -135,7 +135,8 @@ class _Document:
             own = {name: value for name, value in own.items() if name not in both} | both | given
         if tag in SHAPES:
             if around.style.get("visibility", "visible") == "visible" and _has_size(tag, own):
-                style = around.style | {"vector-effect": own.get("vector-effect", "none")}
+                effect = {"vector-effect": own.get("vector-effect", "none")}
+                style = around.style | pen_of(around) | effect
                 yield Drawn(tag, own, style, around.matrix, around.clips)
                 if tag in MARKED:
                     yield from self._markers(tag, own, around)
@@ -184,7 +185,7 @@ class _Document:
         stated = self._stated(marker, around)
         width, height = (number(stated.get(f"marker{side}"), 3.0) for side in ("Width", "Height"))
         by_stroke = stated.get("markerUnits", "strokeWidth") != "userSpaceOnUse"
-        scale = number(around.style.get("stroke-width"), 1.0) if by_stroke else 1.0
+        scale = number(pen_of(around).get("stroke-width"), 1.0) if by_stroke else 1.0
         if min(width, height, scale) <= 0:
             return
         orient = stated.get("orient", "0").strip()
@@ -236,7 +237,7 @@ class _Document:
         if used is None:
             return
         x, y = (number(own.get(name), 0.0) for name in ("x", "y"))
-        around = around._replace(matrix=inside(around.matrix, shifted(x, y)))
+        around = around._replace(matrix=inside(around.matrix, shifted(x, y)), top=used)
         tag = tag_of(used)
         if tag not in ("symbol", "svg"):
             yield from self.walk(used, around)
@@ -311,13 +312,15 @@ class _Document:
 
     def _stated(self, element: ElementTree.Element, around: Around) -> dict[str, str]:
         """The attributes and properties of an element, with lengths as numbers."""
-        own = self.styles.stated(element)
+        own = self.styles.stated(element, around.top)
         if tag_of(element) not in SIZED:
             return own
         size, fonts = around.size, fonts_of(own, around, element is self.root)
         found = dict[str, str]()
         for name, value in own.items():
-            if name in LENGTHS:
+            if name in PEN and "%" in value:
+                found[name] = value  # Of the viewport of the shape that inherits it.
+            elif name in LENGTHS:
                 number = length(name, _by_view(value, element is self.root), size, fonts)
                 found |= {} if number is None else {name: repr(number)}
             elif name == "stroke-dasharray":

@@ -5,11 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from typing import NamedTuple
+from xml.etree import ElementTree
 
 from ..arrays import Array
 from ..errors import OverlapError
 from .svg_parts import FONT_SIZE, Drawn, length, number
 from .svg_transforms import fitted, inside, shifted, transform_of, view_box
+
+PEN = frozenset({"stroke-width", "stroke-dasharray", "stroke-dashoffset"})
+"""Lengths of strokes, which are inherited; percentages are inherited as such."""
 
 
 class Around(NamedTuple):
@@ -22,6 +26,8 @@ class Around(NamedTuple):
     elements: tuple[int, ...]
     fonts: tuple[float, float] = (FONT_SIZE, FONT_SIZE)
     """The sizes of the fonts of the element and of the document."""
+    top: ElementTree.Element | None = None
+    """The element that a ``use`` draws, within which rules of style look."""
 
 
 def viewport(
@@ -70,6 +76,17 @@ def dashes(value: str, size: tuple[float, float], fonts: tuple[float, float]) ->
         return ""
     numbers = [-1.0 if number is None else number for number in lengths]
     return " ".join(map(repr, numbers)) if min(numbers) >= 0 else ""
+
+
+def pen_of(around: Around) -> dict[str, str]:
+    """The lengths of the stroke of a shape as numbers, by the viewport that it is in."""
+    found = {name: around.style[name] for name in PEN & around.style.keys()}
+    for name, value in found.items():
+        if name == "stroke-dasharray" and "%" in value:
+            found[name] = dashes(value, around.size, around.fonts)
+        elif "%" in value:
+            found[name] = repr(length(name, value, around.size, around.fonts))
+    return found
 
 
 def placed_in(around: Around, own: Mapping[str, str]) -> Array:
