@@ -140,6 +140,12 @@ def test_a_round_cap_is_half_a_disc():
     assert box[1, 0] < 6
 
 
+def test_a_round_join_is_on_the_outer_side_only():
+    stroke = 'stroke="red" stroke-width="8" stroke-linejoin="round" fill="none"'
+    for path in ("M19 0H20V1", "M20 1V0H19"):
+        assert area(f'<path d="{path}" {stroke}/>') == pytest.approx(15 + 4 * np.pi, rel=1e-3)
+
+
 def test_a_handle_that_rounding_has_left_has_no_direction():
     stroke = 'stroke="red" stroke-width="4" fill="none"'
     bent = area(f'<path d="M0 .1C1e-15 .1 20 10 20 20" {stroke}/>')

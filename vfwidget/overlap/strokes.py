@@ -243,25 +243,36 @@ def _join(before: Array, after: Array, pen: Pen) -> list[Array]:
     corner, half = after[0], pen.width / 2
     first, second = _direction(before, 1), _direction(after, 0)
     sine, cosine = float(_cross(first, second)), float(first @ second)
-    if pen.join == "round":
-        return [_disc(corner, half)]
-    if abs(sine) < PARALLEL:
+    if abs(sine) < PARALLEL and (pen.join != "round" or cosine > 0):
         return []
     # The outer side of the turn.
     side = half if sine > 0 else -half
     one, other = (corner + side * way @ QUARTER for way in (first, second))
     within = OVERLAP * half
-    corners = [
-        corner - OVERLAP * (one + other - 2 * corner),
-        one - within * first,
-        one,
-        other,
-        other + within * second,
-    ]
+    inner = corner - OVERLAP * (one + other - 2 * corner)
+    back, ahead = one - within * first, other + within * second
+    if pen.join == "round":
+        arc = _turned(corner, one, first, math.atan2(abs(sine), cosine))
+        sides = [(arc[-1, 3], ahead), (ahead, inner), (inner, back), (back, one)]
+        sector = np.concatenate([arc, [chord(*pair) for pair in sides]])
+        return [sector if sine > 0 else sector[::-1, ::-1]]
+    corners = [inner, back, one, other, ahead]
     miter = math.sqrt(2 / (1 + cosine))
     if pen.join != "bevel" and miter <= pen.limit:
         corners.insert(3, corner + (one + other - 2 * corner) * miter**2 / 2)
     return [polygon(np.array(corners if sine > 0 else corners[::-1]))]
+
+
+def _turned(centre: Array, start: Array, way: Array, angle: float) -> Array:
+    """An arc around a centre as cubics, which begins in the direction of a unit vector."""
+    count = max(1, math.ceil(angle / (math.pi / 2)))
+    out = start - centre
+    radius = math.hypot(*out)
+    turns = np.linspace(0, angle, count + 1)[:, None]
+    on = np.cos(turns) * out + np.sin(turns) * radius * way
+    along = np.cos(turns) * radius * way - np.sin(turns) * out
+    along *= 4 / 3 * math.tan(angle / count / 4)
+    return centre + np.stack([on[:-1], on[:-1] + along[:-1], on[1:] - along[1:], on[1:]], 1)
 
 
 def _cap(end: Array, out: Array, half: float, cap: str) -> list[Array]:
