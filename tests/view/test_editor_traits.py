@@ -7,10 +7,12 @@ import re
 from pathlib import Path
 from typing import Any
 
+import fonts
 import pytest
 from front_end import drag
 
 import vfwidget as vf
+from vfwidget.view.word import describe_word
 
 
 def test_changes_within_an_attribute_are_refused(editor: Any) -> None:
@@ -291,3 +293,61 @@ def test_the_word_is_saved_as_a_static_font(editor: Any, tmp_path: Path) -> None
     saved = vf.Text(vf.load_font(tmp_path / "word.ttf", static=True), editor.text.string)
     assert saved.font.axes == ()
     assert saved.advance() == pytest.approx(editor.text.advance(), abs=len(saved.glyphs))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"tracking": 120.0},
+        {"offsets": [[0, 0], [0, 90]]},
+        {"features": {"kern": False}},
+        {"direction": "rtl"},
+        {"line_height": 900.0},
+    ],
+    ids=str,
+)
+def test_a_text_that_is_set_in_another_way_is_shown(editor: Any, change: dict[str, Any]) -> None:
+    editor.text = vf.Text(editor.text.font, "A\nV", shared=False)
+    former, letters = editor.text, len(editor.text.glyphs)
+    if "offsets" in change:
+        change = {"offsets": [[10 * i, 90] for i in range(letters)]}
+    wanted = vf.Text(former.font, "A\nV", shared=False, **change)
+    before = describe_word(former)
+    editor.text = wanted
+    assert editor.text is wanted
+    assert editor.get_state(["_word"])["_word"] == describe_word(wanted)
+    assert editor.undo()
+    assert editor.text is former
+    assert editor.get_state(["_word"])["_word"] == before
+    assert editor.redo()
+    assert editor.text is wanted
+    assert editor.get_state(["_word"])["_word"] == describe_word(wanted)
+
+
+def test_marks_without_a_point_under_other_features_are_left_out(editor: Any) -> None:
+    joined = vf.Text(editor.text.font, "fi")
+    assert len(joined.glyphs) == 1
+    editor.text = joined
+    handles = [joined.handle(0, len(joined.glyphs[0].contours) - 1, 0), joined.handle(0, 0, 0)]
+    editor.pins = handles
+    editor.constraints = [vf.SharedX(handles)]
+    editor.text = vf.Text(joined.font, "fi", features={"liga": False})
+    assert len(editor.text.glyphs) == 2
+    assert [(pin.glyph, pin.contour) for pin in editor.pins] == [(0, 0)]
+    assert editor.constraints == []
+    editor.undo()
+    assert len(editor.pins) == 2 and len(editor.constraints) == 1
+
+
+def test_rotated_letters_are_refused_later_too(editor: Any) -> None:
+    former = editor.text
+    with pytest.raises(vf.TextError, match="rotations"):
+        editor.text = former.at(rotations=[0.1, 0])
+    assert editor.text is former
+
+
+def test_a_slider_in_a_flat_part_of_a_segment_map_is_heard(editor: Any) -> None:
+    flat = [(-1.0, -1.0), (0.0, 0.0), (0.4, 0.5), (0.8, 0.5), (1.0, 1.0)]
+    editor.text = vf.Text(vf.load_font(fonts.with_segment_map(flat)), "a", axes={"wght": 650})
+    editor.comm.update(axes={"wght": 750.0}, _gesture="slider")
+    assert editor.axes == {"wght": 750} == editor.text.axes

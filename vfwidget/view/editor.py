@@ -28,9 +28,9 @@ from .drag import Drags, answer, solve_drag
 from .exports import Exports
 from .frozen import frozen
 from .history import History
-from .options import checked_height, refuse_foreign, refuse_unknown, text_to_show
+from .options import checked_height, refuse_foreign, refuse_unknown, text_to_show, upright
 from .snapshot import Snapshot
-from .state import State, checked_locks, checked_pins
+from .state import State, checked_locks, checked_pins, set_as
 from .steps import Steps
 from .word import describe_word
 
@@ -256,7 +256,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         state = self._history.present
         text = state.text
         with self._adoption(), self.hold_sync():
-            if text.composition is not self.text.composition:
+            if text.composition is not self.text.composition or set_as(text) != set_as(self.text):
                 self._word = describe_word(text)
             self.text = text
             self.shared = text.shared
@@ -273,6 +273,10 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
     def _check_axes(self, proposal: Any) -> Any:
         value = proposal["value"]
         return value if self._adopting else frozen(self._moved(value).axes)
+
+    @traitlets.validate("text")
+    def _check_text(self, proposal: Any) -> Text:
+        return upright(proposal["value"])
 
     @traitlets.validate("pins")
     def _check_pins(self, proposal: Any) -> list[Any]:

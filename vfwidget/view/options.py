@@ -30,12 +30,23 @@ def text_to_show(font: Any, string: Any, axes: Any, shared: Any) -> Text:
         raise TextError(
             "Do not pass string or axes together with a Text, because a Text already contains both."
         )
-    if font.rotations.any():
+    return upright(font)
+
+
+def upright(text: Text) -> Text:
+    """A text whose letters are not rotated.
+
+    Raises
+    ------
+    TextError
+        Some letters are rotated.
+    """
+    if text.rotations.any():
         raise TextError(
-            f"An Editor shows upright letters, and this text has rotations {font.rotations}. "
-            f"Pass text.at(rotations=[0] * {len(font.glyphs)})."
+            f"An Editor shows upright letters, and this text has rotations {text.rotations}. "
+            f"Pass text.at(rotations=[0] * {len(text.glyphs)})."
         )
-    return font
+    return text
 
 
 def checked_height(height: Any) -> int | None:

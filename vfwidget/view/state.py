@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..energy.handle_terms import Pin
-from ..errors import AxisError, SolveError
+from ..errors import AxisError, GlyphError, SolveError
 from ..text import Handle, Text
+from ..text.place import OFFSETS
 from .constraints import place
 
 
@@ -39,12 +40,15 @@ class State:
         pins = [_taken_along(pin, text) for pin in self.pins] if same_letters else []
         tags = {axis.tag for axis in text.font.axes}
         locks = tuple(tag for tag in self.locks if tag in tags)
-        constraints = [self._carried(one, text) for one in self.constraints] if same_letters else []
-        return State(text, tuple(pins), locks, tuple(constraints))
+        carried = [self._carried(one, text) for one in self.constraints] if same_letters else []
+        constraints = tuple(one for one in carried if one is not None)
+        return State(text, tuple(pin for pin in pins if pin is not None), locks, constraints)
 
-    def _carried(self, constraint: dict[str, Any], text: Text) -> dict[str, Any]:
+    def _carried(self, constraint: dict[str, Any], text: Text) -> dict[str, Any] | None:
         handles = [self.text.handle(*point) for point in constraint["handles"]]
-        return {**constraint, "handles": [place(_taken_along(h, text)) for h in handles]}
+        carried = [_taken_along(handle, text) for handle in handles]
+        places = [place(handle) for handle in carried if handle is not None]
+        return {**constraint, "handles": places} if len(places) == len(handles) else None
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, State) and self._key == other._key
@@ -55,8 +59,12 @@ class State:
     @property
     def _key(self) -> Any:
         text = self.text
-        marks = json.dumps([self.pin_places, self.locks, self.constraints])
-        return text.font, text.string, text.shared, text.theta.numpy().tobytes(), marks
+        # In a flat part of a segment map, different user values have the same coordinates.
+        sets = [text.axes] if text.shared else text.axes
+        values = [[f"{value:.9g}" for value in axes.values()] for axes in sets]
+        marks = json.dumps([self.pin_places, self.locks, self.constraints, values])
+        theta = text.coordinates.tobytes()
+        return text.font, text.string, text.shared, theta, marks, set_as(text)
 
     @property
     def pin_places(self) -> list[list[float]]:
@@ -64,9 +72,24 @@ class State:
         return [place(pin) for pin in self.pins]
 
 
-def _taken_along(pin: Handle, text: Text) -> Handle:
-    """The pin on a text with other glyphs, or on one whose letters got separate axes."""
-    return text.carry(pin) if text.owns(pin) else text.handle(*place(pin))
+def set_as(text: Text) -> Any:
+    """How a text is set, apart from its font, its string and its axes; it can be compared."""
+    composition = text.composition
+    offsets = text.place[OFFSETS].tobytes()
+    return composition.options, composition.line_height, text.tracking, offsets
+
+
+def _taken_along(pin: Handle, text: Text) -> Handle | None:
+    """The pin on a text with other glyphs, or on one whose letters got separate axes.
+
+    None if the text, which may have other features, has no such point.
+    """
+    if text.owns(pin):
+        return text.carry(pin)
+    try:
+        return text.handle(*place(pin))
+    except GlyphError:
+        return None
 
 
 def checked_pins(pins: Any, text: Text) -> tuple[Handle, ...]:
