@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import NamedTuple
 
 import numpy as np
@@ -13,8 +14,12 @@ from ..solver.drivers import History, active_bounds, minimise
 from ..solver.problem import Problem, State, Tolerances
 from ..solver.status import ITERATION_LIMIT, TIME_LIMIT, Outcome
 from ..text.place import AXES
+from ..threads import one_thread
 from .energy import Energy
 from .term import TermResult
+
+SMALL = 2**15
+"""Multiplications of a step, below which BLAS does not divide a product among threads."""
 
 
 class Descent(NamedTuple):
@@ -124,17 +129,24 @@ def descend(
         renews=energy.moves,
     )
     history: History = [] if watch is None else Path(watch)
-    state = minimise(
-        problem,
-        start,
-        energy.residual,
-        energy.jacobian,
-        energy.renew,
-        max_iterations=max_iterations,
-        history=history,
-        deadline=deadline,
-    )
+    with nullcontext() if _is_small(energy) else one_thread:
+        state = minimise(
+            problem,
+            start,
+            energy.residual,
+            energy.jacobian,
+            energy.renew,
+            max_iterations=max_iterations,
+            history=history,
+            deadline=deadline,
+        )
     return Descent(problem, state, history, energy.results(state.x, state.residual))
+
+
+def _is_small(energy: Energy) -> bool:
+    """Whether BLAS would do every product of a step in one thread anyway, as in most drags."""
+    rows, unknowns = energy.row_count, len(energy.lower)
+    return rows is not None and rows * unknowns * min(rows, unknowns) < SMALL
 
 
 def held_axes(energy: Energy, found: Descent) -> Array:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, BoolArray
-from ..errors import AxisError, SolveError
+from ..errors import AxisError
 from ..solver.problem import Proximity, check_size
 from ..text import Text
 from ..text.place import AXES, OFFSETS, TRACKING, Unknowns
@@ -25,7 +25,7 @@ from .checked import (
     proximity_around,
     proximity_of,
 )
-from .rows import PointRows, joined, wrong_rows
+from .rows import PointRows, changed_rows, joined, wrong_rows
 from .term import MET, Term, TermResult
 
 
@@ -66,6 +66,8 @@ class Energy:
         or pull unknowns that are not free.
     moves : bool
         Whether a term has to be located again between the steps of the solver.
+    row_count : int, optional
+        The number of residuals, if all of them are compiled.
     has_form : bool
         Whether :meth:`at` can keep what is compiled: all rows are compiled, and the form of every
         term is known.
@@ -196,7 +198,7 @@ class Energy:
         found = np.zeros(len(self.unknowns.start), dtype=bool)
         if AXES in self.unknowns.slices:
             axes = found[self.unknowns.slices[AXES]].reshape(self.text.coordinates.shape)
-            axes[:] = np.asarray(by_axis).reshape(-1, axes.shape[1])
+            axes[:] = np.asarray(by_axis).reshape(-1, len(self.text.font.axes))
         return found
 
     def _collect_proximity(self) -> None:
@@ -243,6 +245,7 @@ class Energy:
                 if affine is not None and isinstance(rows, PointRows)
             ]
         )
+        self.row_count = None if self._others else len(self._constant)
 
     def _set_constant(self, parts: Sequence[Array]) -> None:
         """Add up what the goals (``parts``) and the fixed unknowns add to the affine rows."""
@@ -325,11 +328,7 @@ class Energy:
             # Where torch differentiates the residual, it is the residual that has changed.
             if derivative and not getattr(self._others[changed], "automatic", False):
                 raise wrong_rows(others[changed].kind, sizes[changed], self._sizes[changed])
-            raise SolveError(
-                f"The residual of {others[changed].kind} had {self._sizes[changed]} values and now "
-                f"has {sizes[changed]}. Only a term with moving = True may change their number, "
-                "and only in locate()."
-            )
+            raise changed_rows(others[changed].kind, sizes[changed], self._sizes[changed])
 
     def jacobian(self, x: Array) -> Array:
         """Derivative of the residuals by the free unknowns, (r, N)."""

@@ -201,6 +201,14 @@ def joined(parts: Sequence[Array]) -> Array:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
+def changed_rows(kind: str, size: int, before: int) -> SolveError:
+    """The error for a residual that has another number of values than before."""
+    return SolveError(
+        f"The residual of {kind} had {before} values and now has {size}. Only a term with "
+        "moving = True may change their number, and only in locate()."
+    )
+
+
 def wrong_rows(kind: str, rows: int, residuals: int) -> SolveError:
     """The error for a derivative whose length is not that of the residual."""
     return SolveError(

@@ -159,6 +159,7 @@ class TiedEnergy(Energy):
     def __init__(self, whole: Energy, leaders: IntArray) -> None:
         self._whole, self._leaders = whole, leaders
         self.text, self.terms, self.moves = whole.text, whole.terms, whole.moves
+        self.row_count = whole.row_count
         axes = whole.unknowns.slices[AXES]
         count = len(whole.text.font.axes)
         lead = np.arange(len(whole.lower))

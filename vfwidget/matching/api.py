@@ -15,6 +15,7 @@ from ..font import Font, load_font
 from ..font.source import FontSource
 from ..solver.problem import is_count
 from ..text import AxisValues, Text
+from ..threads import one_thread
 from .catalogue import match_fonts
 from .fit import Options, Watch
 from .images import ImageSource, read_image
@@ -42,6 +43,7 @@ class Viewer(Protocol):
 
 
 @renamed(light="background")
+@one_thread
 def match(
     image: ImageSource,
     text: str | Text,

@@ -17,6 +17,7 @@ from ..arrays import Array
 from ..errors import ImageError, VFWidgetError
 from ..font import Font, load_font
 from ..font.source import FontSource
+from ..threads import one_thread
 from .match import Outcome, Request, Search
 from .result import Match
 
@@ -122,6 +123,7 @@ def fit_one(request: Request, image: Array, source: Any) -> Outcome:
 Work = Callable[[Request, Array, Any], Any]
 
 
+@one_thread
 def _chunk(work: Work, request: Request, image: Array, sources: Sequence[Any]) -> list[Answer]:
     return [_try(work, request, image, source) for source in sources]
 

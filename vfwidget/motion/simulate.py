@@ -15,6 +15,7 @@ from ..text import Text
 from ..text.colours import as_drawn
 from ..text.inputs import read_flag
 from ..text.place import AXES, OFFSETS, ROTATIONS, Place
+from ..threads import one_thread
 from .animation import Animation
 from .body import Body
 from .cautions import warn_of_depth, warn_of_throws
@@ -44,6 +45,7 @@ FARTHEST = 1e7
 """Font units: letters that are farther away have exploded."""
 
 
+@one_thread
 def simulate(
     text: Text,
     steps: int = 120,

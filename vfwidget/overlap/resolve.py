@@ -21,6 +21,7 @@ from ..errors import SolveError
 from ..solver.problem import Tolerances, is_count, is_number
 from ..solver.status import CONVERGED, TIME_LIMIT, Outcome
 from ..text import Text
+from ..threads import one_thread
 from .inequalities import Model, Walls
 from .no_overlap import NoOverlap
 from .overlaps import TOUCH
@@ -78,6 +79,7 @@ class Resolution(Solution):
     blocked_by: tuple[str, ...] = ()
 
 
+@one_thread
 def resolve_overlaps(
     text: Text,
     obstacles: Any = (),
