@@ -251,18 +251,10 @@ def _blur(images: Array, variance: float) -> Array:
 
 
 def _along_rows(images: Array, kernel: Array) -> Array:
-    """The convolution of each row of images (a, H, W) with a kernel.
-
-    torch multiplies, because the threads of NumPy's BLAS wait for one another for long if the
-    machine has other work.
-    """
-    import torch
-
-    rows = torch.from_numpy(images.reshape(-1, images.shape[2]))
-    parts = [rows[:, near] @ torch.from_numpy(band) for near, band in _bands(rows.shape[1], kernel)]
-    joined = torch.cat(parts, 1) if len(parts) > 1 else parts[0]
-    blurred: Array = joined.numpy().reshape(images.shape)
-    return blurred
+    """The convolution of each row of images (a, H, W) with a kernel."""
+    rows = images.reshape(-1, images.shape[2])
+    parts = [rows[:, near] @ band for near, band in _bands(rows.shape[1], kernel)]
+    return np.concatenate(parts, 1).reshape(images.shape)
 
 
 def _bands(size: int, kernel: Array) -> Iterator[tuple[slice, Array]]:
