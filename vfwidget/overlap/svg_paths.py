@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -50,7 +50,7 @@ class Step(NamedTuple):
 def path_of(tag: str, form: Mapping[str, str]) -> list[Step]:
     """The path of a shape, from its attributes; empty if it draws nothing."""
     if tag == "path":
-        return list(_commands(form.get("d", "")))
+        return _commands(form.get("d", ""))
     if tag in ("polyline", "polygon"):
         return _polygon(form.get("points", ""), tag == "polygon")
     given = {name: number(form.get(name), 0.0) for name in ("x1", "y1", "x2", "y2", "cx", "cy")}
@@ -141,40 +141,40 @@ def _ellipse(centre: Array, rx: float, ry: float) -> list[Step]:
     return [*steps, Step(CLOSE, [chord(ends[0], ends[0])], ends[0])]
 
 
-def _commands(source: str) -> Iterator[Step]:
-    """The steps of path data, up to the first error."""
-    start = here = np.zeros(2)
-    mirrored: dict[str, Array] = {}
-    for letter, numbers in _tokens(source):
-        command, relative = letter.upper(), here if letter.islower() else np.zeros(2)
-        if command == "Z":
-            yield Step(CLOSE, [chord(here, start)], start)
-            here, mirrored = start, {}
-            continue
-        if command == "M":
-            start = here = relative + numbers
-            yield Step(MOVE, [], here)
-            mirrored = {}
-            continue
-        if command in "HV":
-            end = here.copy()
-            axis = int(command == "V")
-            end[axis] = relative[axis] + numbers[0]
-            curves, mirrored = [chord(here, end)], {}
-        elif command == "A":
-            rx, ry, turn, large, clockwise = numbers[:5]
-            end = relative + numbers[5:]
-            curves, mirrored = _arc(here, rx, ry, turn, large, clockwise, end), {}
-        else:
-            points = [relative + pair for pair in np.reshape(numbers, (-1, 2))]
-            end = points[-1]
-            curves, mirrored = CURVES[command](here, points, mirrored)
-        yield Step(DRAW, curves, end)
-        here = end
+def _commands(source: str) -> list[Step]:
+    """The steps of path data, up to the first error; the library would refuse it as a whole."""
+    from svg.path import parse_path
+
+    return [_step(segment) for segment in parse_path(" ".join(_tokens(source)))]
 
 
-def _tokens(source: str) -> Iterator[tuple[str, list[float]]]:
-    """Commands with their numbers; those that repeat a move are lines."""
+def _step(segment: Any) -> Step:
+    """A step from a segment of the library, whose points are complex numbers."""
+    from svg.path import Arc, Close, CubicBezier, Move, QuadraticBezier
+
+    start, end = _point(segment.start), _point(segment.end)
+    if isinstance(segment, Move):
+        return Step(MOVE, [], end)
+    if isinstance(segment, Arc):
+        rx, ry = _point(segment.radius)
+        curves = _arc(start, rx, ry, segment.rotation, segment.arc, segment.sweep, end)
+        return Step(DRAW, curves, end)
+    if isinstance(segment, CubicBezier):
+        handles = [_point(segment.control1), _point(segment.control2)]
+    elif isinstance(segment, QuadraticBezier):
+        # Exactly at the ends where the control point is.
+        handles = [one + 2 / 3 * (_point(segment.control) - one) for one in (start, end)]
+    else:
+        return Step(CLOSE if isinstance(segment, Close) else DRAW, [chord(start, end)], end)
+    return Step(DRAW, [np.stack([start, *handles, end])], end)
+
+
+def _point(place: complex) -> Array:
+    return np.array([place.real, place.imag])
+
+
+def _tokens(source: str) -> Iterator[str]:
+    """Commands with their numbers, one after the other; those that repeat a move are lines."""
     place, first = 0, True
     while found := COMMAND.match(source, place):
         letter, place = found[1], found.end()
@@ -182,13 +182,13 @@ def _tokens(source: str) -> Iterator[tuple[str, list[float]]]:
             return  # A path that does not begin with a move is not drawn.
         first = False
         if letter in "Zz":
-            yield letter, []
+            yield letter
             continue
         while True:
             numbers, after = _numbers(source, place, letter)
             if numbers is None:
                 return
-            yield letter, numbers
+            yield f"{letter} {' '.join(numbers)}"
             letter = {"M": "L", "m": "l"}.get(letter, letter)
             gap = COMMA.match(source, after)
             place = gap.end() if gap else after
@@ -198,57 +198,25 @@ def _tokens(source: str) -> Iterator[tuple[str, list[float]]]:
                 break
 
 
-def _numbers(source: str, place: int, letter: str) -> tuple[list[float] | None, int]:
+def _numbers(source: str, place: int, letter: str) -> tuple[list[str] | None, int]:
     """The numbers of one command, and where they end; None if some are missing."""
-    found = list[float]()
+    found = list[str]()
     for i in range(COUNTS[letter.upper()]):
         if found:
             gap = COMMA.match(source, place)
             place = gap.end() if gap else place
         pattern = FLAG if letter in "Aa" and i in (3, 4) else NUMBER
         part = pattern.match(source, place)
-        if not part:
+        if not part or not math.isfinite(float(part[0])):
             return None, place
-        found.append(float(part[0]))
+        # The library refuses radii below zero, of which the size counts.
+        found.append(part[0].lstrip("-") if letter in "Aa" and i < 2 else part[0])
         place = part.end()
     return found, place
 
 
-_Drawn = tuple[list[Array], dict[str, Array]]
-"""Cubics, and the mirror image of the last control point, by the kind of curve it belongs to."""
-
-
-def _line(here: Array, points: list[Array], mirrored: Mapping[str, Array]) -> _Drawn:
-    return [chord(here, points[-1])], {}
-
-
-def _cubic(here: Array, points: list[Array], mirrored: Mapping[str, Array]) -> _Drawn:
-    if len(points) == 2:
-        points = [mirrored.get("cubic", here), *points]
-    return [np.stack([here, *points])], {"cubic": 2 * points[2] - points[1]}
-
-
-def _quadratic(here: Array, points: list[Array], mirrored: Mapping[str, Array]) -> _Drawn:
-    if len(points) == 1:
-        points = [mirrored.get("quadratic", here), *points]
-    control, end = points
-    # Exactly at the ends where the control point is.
-    handles = [one + 2 / 3 * (control - one) for one in (here, end)]
-    curve = np.stack([here, *handles, end])
-    return [curve], {"quadratic": 2 * end - control}
-
-
-CURVES: dict[str, Callable[[Array, list[Array], Mapping[str, Array]], _Drawn]] = {
-    "L": _line,
-    "C": _cubic,
-    "S": _cubic,
-    "Q": _quadratic,
-    "T": _quadratic,
-}
-
-
 def _arc(
-    start: Array, rx: float, ry: float, turn: float, large: float, clockwise: float, end: Array
+    start: Array, rx: float, ry: float, turn: float, large: bool, clockwise: bool, end: Array
 ) -> list[Array]:
     """An elliptical arc as cubics, by the notes on implementation of SVG 1.1 (F.6)."""
     rx, ry = abs(rx), abs(ry)
@@ -267,7 +235,7 @@ def _arc(
             away / math.sqrt(square),
             1.0,
         )
-    side = -1.0 if bool(large) == bool(clockwise) else 1.0
+    side = -1.0 if large == clockwise else 1.0
     centre = side * math.sqrt(max(0.0, 1 / square - 1)) * np.array([away[1], -away[0]])
     first, last = away - centre, -away - centre
     begin = math.atan2(first[1], first[0])
