@@ -42,6 +42,44 @@ def test_harfbuzz_draws_an_instance_as_its_parent_is_at_those_axes(source, tmp_p
         assert abs(glyph.advance(w).item() - referee.advance(glyph.glyph_id)) <= 1
 
 
+@pytest.mark.parametrize(
+    "build, limits",
+    [
+        (fonts.hvar_by_glyph_id, {"wght": 700, "wdth": 160}),
+        (fonts.hvar_by_glyph_id, {"wght": 700}),
+        (fonts.hvar_by_glyph_id, {"wght": (500, 900), "wdth": (50, 80, 200)}),
+        (fonts.hvar_with_a_map, {"wght": 700, "wdth": 160}),
+        (fonts.phantom_points, {"wght": (500, 900)}),
+    ],
+)
+def test_an_instance_has_the_advances_of_its_parent(build, limits):
+    """fontTools takes those of the phantom points, and the HVAR table of a font may have others."""
+    parent = vf.load_font(build())
+    part = parent.instance(limits)
+    for k in range(5):
+        axes = {axis.tag: np.interp(k, [0, 4], [axis.minimum, axis.maximum]) for axis in part.axes}
+        pinned = {tag: value for tag, value in limits.items() if tag not in axes}
+        ours, theirs = part.normalize(axes), parent.normalize(axes | pinned)
+        for name in "abc":
+            # The instancer rounds each delta.
+            found = part.glyph(name).advance(ours).clip(0)
+            assert abs(found - parent.glyph(name).advance(theirs).clip(0)) <= 2
+
+
+def test_a_static_font_has_the_advances_that_it_states():
+    """Without axes HarfBuzz reads hmtx alone, also where a component lends its metrics."""
+
+    def edit(builder):
+        del builder.font["fvar"], builder.font["gvar"]
+
+    glyphs, _ = fonts.base_glyphs()
+    glyphs["c"] = fonts.composite(fonts.component("a", flags=fonts.glyf.USE_MY_METRICS))
+    data = fonts.build(glyphs, {}, metrics={"c": (431, 100)}, edit=edit)
+    font, referee = vf.load_font(data, static=True), HarfBuzz(fonts.open_font(data))
+    for glyph in map(font.glyph, "abc"):
+        assert glyph.advance([]) == referee.advance(glyph.glyph_id)
+
+
 def test_axes_are_pinned_or_narrowed():
     parent = vf.load_font("recursive")
     part = parent.instance({"MONO": 0, "CASL": (0, 0.5), "wght": (400, 500, 700)})
@@ -73,6 +111,20 @@ def test_a_subset_holds_what_its_text_needs():
     assert all(character in part for character in "fin é")
     assert "x" not in part
     assert vf.Text(part, "fin é").advance() == pytest.approx(vf.Text(parent, "fin é").advance())
+
+
+@pytest.mark.parametrize("string", ["u\u0308A\u030ao", "\u00fcu", "\u212b"], ids=ascii)
+def test_a_subset_holds_characters_that_stand_for_several(string):
+    """HarfBuzz sets a letter with its mark as one glyph, and as two without it."""
+    text = vf.Text("afacad-flux", string, axes={"wght": 700})
+    again = vf.Text(text.to_font(), string)
+    for ours, theirs in zip(text.layout, again.layout, strict=True):
+        assert ours.cluster == theirs.cluster
+        assert (ours.x, ours.y) == pytest.approx((theirs.x, theirs.y), abs=len(string))
+        drawn, wanted = theirs.glyph.points([]), ours.glyph.points(text.theta[0])
+        assert drawn.shape == wanted.shape and (drawn - wanted).abs().max() <= 2.5
+    web = vf.Text(text.font.web_font(string), string)
+    assert len(web.layout) == len(text.layout)
 
 
 @pytest.mark.parametrize(

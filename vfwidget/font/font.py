@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from fontTools.ttLib import TTFont
 
-from ..arrays import Array, ArrayLike, IntArray
+from ..arrays import Array, ArrayLike, IntArray, to_array
 from ..errors import FontError, GlyphError
 from ..files import write
 from ..outline.coordinates import check_coordinates
@@ -27,7 +27,7 @@ from .describe import Description, describe
 from .design_space import DesignSpace
 from .drawings import Drawings
 from .font_metrics import read_metrics
-from .instance import check_limits, instantiate, web_font
+from .instance import check_limits, instantiate, new_defaults, web_font
 from .metrics import read_positioning_regions
 from .reader import GlyphReader, layers_later
 from .settings import Settings, read_conditions
@@ -220,15 +220,15 @@ class Font(DesignSpace):
         AxisError
             The axis is unknown, or a value lies outside its range.
         FontError
-            The name is no name or the string is empty, fontTools cannot make the instance, or some
-            glyphs are not those of the file.
+            The name or string is not valid, fontTools fails, or glyphs are not those of the file.
         """
         self._drawings.check_none()
         if isinstance(axes, NamedInstance):
             axes = self._instance_axes(axes)
         limits = check_limits(self.axes, axes)
+        w = to_array(self.final_coordinates(self.normalize(new_defaults(self.axes, limits))))
         source = open_font(font_bytes(self._ttfont), self._index)
-        return load_font(instantiate(source, limits, name, string), static=True)
+        return load_font(instantiate(source, limits, w, name, string), static=True)
 
     def web_font(self, string: str, alternates: Mapping[str, Sequence[str]] | None = None) -> bytes:
         """A WOFF2 file with every axis, and only the glyphs that a text may need.

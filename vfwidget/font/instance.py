@@ -9,15 +9,18 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from numbers import Real
 from typing import Any
+from unicodedata import normalize
 
 from fontTools import subset
 from fontTools.fontBuilder import FontBuilder
 from fontTools.ttLib import TTFont
 from fontTools.varLib import instancer
 
+from ..arrays import Array
 from ..errors import AxisError, FontError
 from .alternates import add_alternates
 from .axes import Axis
+from .metrics import Advances
 from .names import family_name
 from .source import damage, saved
 
@@ -70,7 +73,18 @@ def _sides(value: Any) -> tuple[Any, ...]:
     return tuple(map(float, sides)) if all(isinstance(s, Real) for s in sides) else ()
 
 
-def instantiate(font: TTFont, limits: AxisLimits, name: str | None, string: str | None) -> bytes:
+def new_defaults(axes: Sequence[Axis], limits: AxisLimits) -> dict[str, float]:
+    """The user values by tag at which an instance has its default."""
+    found = {axis.tag: axis.default for axis in axes if axis.tag in limits}
+    for tag, limit in limits.items():
+        sides = _sides(limit)
+        found[tag] = min(max(found[tag], sides[0]), sides[-1]) if len(sides) < 3 else sides[1]
+    return found
+
+
+def instantiate(
+    font: TTFont, limits: AxisLimits, w: Array, name: str | None, string: str | None
+) -> bytes:
     """A font file with axes pinned or narrowed.
 
     Parameters
@@ -79,6 +93,8 @@ def instantiate(font: TTFont, limits: AxisLimits, name: str | None, string: str 
         Read from the file for this purpose; it is changed.
     limits : mapping of tag to number or range
         Axes that are not in the mapping stay as they are.
+    w : (n,) array
+        The coordinates of the new default at which the font's regions apply.
     name : str, optional
         Family name of the instance; by default the parent's, followed by the pinned values.
     string : str, optional
@@ -100,7 +116,9 @@ def instantiate(font: TTFont, limits: AxisLimits, name: str | None, string: str 
     with damage("No instance can be made of this font"):
         if string is not None:
             _keep_glyphs(font, string)
+        widths = Advances(font, len(w)).at(w, font.getGlyphOrder())
         font = instancer.instantiateVariableFont(font, limits, inplace=True)
+        _set_widths(font, widths)
         if "name" in font:
             _rename(font, name)
         return saved(font)
@@ -154,8 +172,29 @@ def _keep_glyphs(font: TTFont, string: str) -> None:
         )
     options = subset.Options(layout_features=["*"], name_IDs=["*"], notdef_outline=True)
     subsetter = subset.Subsetter(options)
-    subsetter.populate(text=string)
+    subsetter.populate(text=string + _alike(font, string))
     subsetter.subset(font)
+
+
+def _alike(font: TTFont, string: str) -> str:
+    """The characters of a font that are made of the same letters and marks as those of a text.
+
+    HarfBuzz may set a letter and its mark as one character, or the other way round.
+    """
+    parts = set(normalize("NFD", string))
+    characters = map(chr, font.getBestCmap() or {})
+    return "".join(c for c in characters if parts.issuperset(normalize("NFD", c)))
+
+
+def _set_widths(font: TTFont, widths: Mapping[str, float]) -> None:
+    """Give glyphs their advance widths at the default.
+
+    The instancer takes them from the phantom points of TrueType outlines. HVAR, which is used
+    where a font has it, may differ from these by many units.
+    """
+    metrics = font["HMTX" if "HMTX" in font else "hmtx"].metrics if widths else {}
+    for name, width in widths.items():
+        metrics[name] = (round(width), metrics[name][1])
 
 
 def _label(limit: tuple[str, Any]) -> str:

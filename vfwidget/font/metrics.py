@@ -5,12 +5,15 @@ OpenType, "HVAR" and "VVAR" tables.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from fontTools.ttLib import TTFont
 
 from ..arrays import Array
+from ..outline.variation import Regions
 from .varstore import NO_VARIATION, VariationStore
 
 
@@ -69,11 +72,36 @@ class Advances:
         """
         default = float(self._defaults.get(name, (0, 0))[0])
         if self._store is not None:
-            index = glyph_id if self._index is None else self._index.get(name, NO_VARIATION)
-            return Advance(default, *self._store.row(index))
+            return Advance(default, *self._store.row(self._row_of(name, glyph_id)))
         if layers is not None:
             return Advance(float(layers[0]), layers[1:], support)
         return Advance(default, np.zeros(0), np.zeros((0, self._axis_count, 3)))
+
+    def at(self, w: Array, names: Sequence[str]) -> dict[str, float]:
+        """The advance of each glyph at w (n,), by name; empty unless the font has a table of them.
+
+        Parameters
+        ----------
+        w : (n,) array
+            The coordinates at which the regions of the table apply.
+        names : sequence of str
+            In order of glyph id.
+        """
+        store = self._store
+        if store is None:
+            return {}
+        scalars = cache(lambda outer: Regions(store.support(outer)).scalars(w))
+        found = {}
+        for glyph_id, name in enumerate(names):
+            index = self._row_of(name, glyph_id)
+            deltas, _ = store.row(index)
+            change = float(deltas @ scalars(index >> 16)) if len(deltas) else 0.0
+            found[name] = max(float(self._defaults.get(name, (0, 0))[0]) + change, 0.0)
+        return found
+
+    def _row_of(self, name: str, glyph_id: int) -> int:
+        """The index of the deltas of a glyph in the table."""
+        return glyph_id if self._index is None else self._index.get(name, NO_VARIATION)
 
 
 def read_positioning_regions(font: TTFont, axis_count: int) -> Array:

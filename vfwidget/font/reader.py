@@ -45,7 +45,7 @@ class GlyphReader:
                 f"{', '.join(table.strip() for table in OUTLINE_TABLES)}. "
                 "Load a font with outlines; bitmaps and SVG pictures cannot vary."
             )
-        self._font = font
+        self._font, self._varies = font, axis_count > 0
         with damage(f"The {tag.strip()} table, or a table that it needs, is damaged"):
             self._outlines = OUTLINE_TABLES[tag](font, axis_count)
         with damage(
@@ -81,7 +81,9 @@ class GlyphReader:
         """
         glyph_id: int = self._font.getGlyphID(name)
         drawn = self._outlines.read(name)
-        width = Affine(*self._widths.read(name, glyph_id, drawn.width, drawn.support))
+        # Phantom points matter where they vary only: they may be those of a component.
+        by_width, by_height = (drawn.width, drawn.height) if self._varies else (None, None)
+        width = Affine(*self._widths.read(name, glyph_id, by_width, drawn.support))
         outline: Varying
         if self._composites and name in self._composites:
             outline, contours = self._composites.read(name)
@@ -89,7 +91,7 @@ class GlyphReader:
             outline, contours = drawn.outline, list(drawn.contours)
         glyph = Glyph.of(outline, width, contours, name, glyph_id)
         if self._heights:
-            height = self._heights.read(name, glyph_id, drawn.height, drawn.support)
+            height = self._heights.read(name, glyph_id, by_height, drawn.support)
             glyph.advance_height = Affine(*height)
         return glyph
 
