@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from threading import Lock
 from typing import Any, NamedTuple
+from uuid import uuid4
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -84,6 +87,8 @@ class Composition:
         self.corresponding: Memo[tuple[int, float]] = Memo(1024)
         """Points of one glyph that stand for those of another, for handles."""
         self._latest: tuple[Array | None, list[Setting]] = None, []
+        self._name = uuid4().hex
+        _known[self._name] = self
 
     def regrouped(self, shared: bool) -> Composition:
         """The same string with axes shared by all letters, or not."""
@@ -102,7 +107,7 @@ class Composition:
 
     def __reduce__(self) -> Any:
         arguments = self.font, self.string, self.shared, self.line_height, self.options, self.drawn
-        return Composition, arguments
+        return _read, (self._name, arguments)
 
     def __deepcopy__(self, memo: Any) -> Composition:
         return self
@@ -219,6 +224,26 @@ class Composition:
     def _layouts_of(self, rows: tuple[int, ...]) -> list[Layout]:
         found = [self._layouts.of(self.font, row) for row in rows]
         return found * len(found[0].row.glyph_ids) if self.shared else found
+
+
+_known: WeakValueDictionary[str, Composition] = WeakValueDictionary()
+"""The compositions of this process, by names that differ between all processes."""
+_reading = Lock()
+
+
+def _read(name: str, arguments: tuple[Any, ...]) -> Composition:
+    """A composition from a pickle.
+
+    A text and its handles may be pickled apart, as when a pool of workers gets a function and its
+    arguments. They belong together still, so each composition is read once in a process.
+    """
+    with _reading:
+        found = _known.get(name)
+        if found is None:
+            found = Composition(*arguments)
+            found._name = name
+            _known[name] = found
+        return found
 
 
 def _largest(fits: Callable[[Array], bool], box: Array, larger: Array) -> Array:
