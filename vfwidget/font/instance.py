@@ -14,6 +14,7 @@ from unicodedata import normalize
 from fontTools import subset
 from fontTools.fontBuilder import FontBuilder
 from fontTools.ttLib import TTFont
+from fontTools.ttLib.tables._g_l_y_f import USE_MY_METRICS
 from fontTools.varLib import instancer
 
 from ..arrays import Array
@@ -118,7 +119,7 @@ def instantiate(
             _keep_glyphs(font, string)
         widths = Advances(font, len(w)).at(w, font.getGlyphOrder())
         font = instancer.instantiateVariableFont(font, limits, inplace=True)
-        _set_widths(font, widths)
+        _set_widths(font, widths or _lent_widths(font))
         if "name" in font:
             _rename(font, name)
         return saved(font)
@@ -189,12 +190,28 @@ def _alike(font: TTFont, string: str) -> str:
 def _set_widths(font: TTFont, widths: Mapping[str, float]) -> None:
     """Give glyphs their advance widths at the default.
 
-    The instancer takes them from the phantom points of TrueType outlines. HVAR, which is used
-    where a font has it, may differ from these by many units.
+    The instancer takes them from the phantom points of the glyphs themselves. HVAR, which is used
+    where a font has it, may differ from these by many units, and so may those of a component.
     """
     metrics = font["HMTX" if "HMTX" in font else "hmtx"].metrics if widths else {}
     for name, width in widths.items():
         metrics[name] = (round(width), metrics[name][1])
+
+
+def _lent_widths(font: TTFont) -> dict[str, int]:
+    """The widths of the glyphs that take their metrics from a component."""
+    tag, hmtx = ("GLYF", "HMTX") if "GLYF" in font else ("glyf", "hmtx")
+    found = {}
+    for name in font.getGlyphOrder() if tag in font else ():
+        lender, parts = name, font[tag][name]
+        while parts.isComposite():
+            mine = [c.glyphName for c in parts.components if c.flags & USE_MY_METRICS]
+            if not mine:
+                break
+            lender, parts = mine[-1], font[tag][mine[-1]]
+        if lender != name:
+            found[name] = font[hmtx].metrics[lender][0]
+    return found
 
 
 def _label(limit: tuple[str, Any]) -> str:
