@@ -2,3 +2,4 @@
 export { Lesson } from "./lesson/lesson.js";
 export { Reach } from "./editor/reach.js";
 export { save } from "./editor/save.js";
+export { underlines } from "./editor/underline.js";

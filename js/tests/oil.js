@@ -57,7 +57,8 @@ export function oneRow(order) {
   const steps = ends.map(() => ({ x: nothing, y: nothing }));
   return {
     rows: [{
-      order, clusters: order.map((_, i) => i), bases: order.map(() => 1), anchors: ends.map((_, i) => i - 1),
+      order, clusters: order.map((_, i) => i), bases: order.map(() => 1),
+      names: order.map((_, i) => "oil"[i] ?? "o"), lines: order.map(() => 0), anchors: ends.map((_, i) => i - 1),
       gaps: ends.map((_, i) => i), pushed: ends.map((_, i) => Array.from({ length: i }, (_, j) => [j, 1])), own: steps, anchored: steps,
     }],
     settings: { edges: [[], []], cells: [0] },

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
@@ -432,3 +433,32 @@ def test_the_numbers_are_those_of_python(show: Any) -> None:
     page.root.locator(".vfw-teaching").uncheck()
     page.wait()
     assert not lesson.is_visible()
+
+
+def test_letters_on_several_lines_are_named_underlined_and_selected_by_line(show: Any) -> None:
+    page = show(vf.Editor("recursive", "ab\nci", shared=False))
+    chips = page.root.locator(".vfw-chip")
+    assert chips.all_inner_texts() == ["a", "b", "c", "i"]
+    layout = page.text.layout
+    chips.nth(1).click()
+    chips.nth(2).click(modifiers=["Shift"])
+    page.wait()
+    drawn = page.root.locator(".vfw-selected").get_attribute("d")
+    lines = [tuple(map(float, re.split("[ H]", line))) for line in drawn.split("M")[1:]]
+    for (left, _, right), letter in zip(lines, layout[1:3], strict=True):
+        ends = (letter.x, letter.x + letter.advance)
+        assert (left, right) == pytest.approx(ends, abs=0.1)
+    assert lines[1][1] - lines[0][1] == pytest.approx(-layout[2].y, abs=30)
+    # Beside the stem of the i, above its serif: a place of no outline, on the second line only.
+    page.page.mouse.click(*page.client([layout[3].x + 60, layout[3].y + 250]))
+    page.wait()
+    pressed = chips.evaluate_all("all => all.map(chip => chip.ariaPressed)")
+    assert pressed == ["false", "false", "false", "true"]
+
+
+def test_lines_are_made_equally_wide(show: Any) -> None:
+    page = show(vf.Editor("roboto-flex", "wide\nnarrow", axes={"wdth": 90}))
+    page.root.locator(".vfw-add-constraint").select_option(label="Make all lines equally wide")
+    page.wait(600)
+    assert "Make all lines equally wide" in page.root.locator(".vfw-constraint").inner_text()
+    assert page.root.locator(".vfw-constraint-lines").get_attribute("d").count("M") == 2

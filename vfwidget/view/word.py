@@ -130,6 +130,8 @@ def _row(word: Word, regions: IntArray) -> dict[str, Any]:
     origins = word.origins
     return {
         "clusters": list(word.clusters),
+        "names": list(word.letter_names),
+        "lines": list(word.layouts[0].row.lines),
         "bases": origins.is_base.astype(int).tolist(),
         "anchors": origins.anchor.tolist(),
         "gaps": origins.gaps.astype(int).tolist(),

@@ -1,5 +1,5 @@
 /** Constraints between points: the menu that adds them, and a chip for each that names it and removes it. */
-import { html, KEEP_KEYS } from "../view/dom.js";
+import { assign, html, KEEP_KEYS } from "../view/dom.js";
 import { menu } from "./toolbar.js";
 import { isArray } from "../word/decode.js";
 
@@ -20,6 +20,9 @@ export const KINDS = {
   Distance: { label: "Keep the distance", least: 2, most: 2 },
   Width: { label: "Keep the width of the word", least: 0, most: Infinity },
 };
+
+/** What the constraint of the width is called where there are several lines. */
+const LINES = "Make all lines equally wide";
 
 /** @param {any} raw @returns {Constraint} */
 export function checkConstraint(raw) {
@@ -42,14 +45,19 @@ export function createConstraintBar(actions) {
   const element = html("div", { class: "vfw-constraints", role: "group", "aria-label": "Constraints" });
   let shown = "";
 
-  /** @param {Constraint[]} constraints @param {number} pins @param {(letter: number) => string} nameOf a letter's name */
-  function show(constraints, pins, nameOf) {
+  /**
+   * @param {Constraint[]} constraints @param {number} pins @param {number[]} lines the line of each letter
+   * @param {(letter: number) => string} nameOf a letter's name
+   */
+  function show(constraints, pins, lines, nameOf) {
+    const labelOf = (/** @type {Kind} */ kind) => (kind === "Width" && lines.some((line) => line !== lines[0]) ? LINES : KINDS[kind].label);
     for (const option of options) {
       const { least, most } = KINDS[/** @type {Kind} */ (option.value)];
+      assign(option, { textContent: labelOf(/** @type {Kind} */ (option.value)) });
       option.disabled = pins < least || pins > most;
     }
     const names = constraints.map(({ kind, handles }) =>
-      [KINDS[kind].label, ...(kind === "Width" ? [] : [handles.map(([letter]) => nameOf(letter)).join(", ")])].join(": "));
+      [labelOf(kind), ...(kind === "Width" ? [] : [handles.map(([letter]) => nameOf(letter)).join(", ")])].join(": "));
     const state = JSON.stringify([names, constraints.map(({ value }) => value)]);
     if (state === shown) return;
     shown = state;

@@ -135,9 +135,9 @@ export function createControls(actions, id) {
   function setWord(word) {
     // Rows stay where they can, and with them the focus and what is unfolded.
     if (!alike(word.axes, rows.map((row) => row.axis))) setAxes(word.axes);
-    const characters = [...word.string];
     const { order } = word.rows[0];
-    names = order.map((g, i) => (characters.length === order.length ? characters[i] : word.glyphs[g].name));
+    // A mark by itself stands on a dotted circle.
+    names = word.rows[0].names.map((name) => String(name).replace(/^\p{M}/u, "\u25cc$&"));
     letters.replaceChildren(...names.map((name, i) => html("button", {
       type: "button", class: "vfw-chip", title: word.glyphs[order[i]].name,
       "aria-label": `Letter ${i + 1}, ${name}`,

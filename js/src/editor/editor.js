@@ -90,7 +90,7 @@ export function createEditor(model, arriving) {
       again();
     }),
     instance: act((index) => session.setValues(session.word?.instances[index].axes ?? {})),
-    save,
+    save: (what) => (tools ? tools.save(what, session, drawing.layout, say) : say("idle", LATER)),
     zoom: act((steps) => {
       gestures.zoomStep(ZOOM ** steps);
       request();
@@ -215,7 +215,7 @@ export function createEditor(model, arriving) {
       attr(drawing.backdrop, "d", session.backdrop);
       const sets = isArray(session.axes) ? session.axes : [session.axes];
       controls.show(session);
-      bar.show(session.constraints, session.pins.length, (letter) => controls.names[letter] ?? "");
+      bar.show(session.constraints, session.pins.length, word.rows[0].lines, (letter) => controls.names[letter] ?? "");
       toolbar.show(session, sets.some((values) => word.axes.some((axis) => values[axis.tag] !== axis.default)), reaching);
       attr(root, "data-theme", session.theme);
       if (session.height === null) root.style.removeProperty("--vfw-height");
@@ -267,34 +267,20 @@ export function createEditor(model, arriving) {
       ? [{ at: layout.position(pin), index, hot: hover?.pin === index }] : []));
     // With other glyphs a pin may have no point until the kernel has moved it to one.
     if (pins.length < session.pins.length && layout.word.rows.length === 1) session.problems.set("_pins", "A pin is not on this word.");
-    const [first, last] = session.range;
     marks.show({
       pixel,
       handle: handle && layout.has(handle) ? layout.position(handle) : null,
       mode,
       tether: grab?.stuck ? grab.target : null,
       pins,
-      constraints: session.constraints.map(({ kind, handles, value = 0 }) => (kind === "Width"
-        ? [[value, layout.word.descender], [value, layout.word.ascender]]
-        : handles.filter((handle) => layout.has(handle)).map((handle) => layout.position(handle)))),
+      constraints: session.constraints.flatMap(({ kind, handles, value = 0 }) => (kind === "Width"
+        ? layout.ends.map(([, y]) => [[value, y + layout.word.descender], [value, y + layout.word.ascender]])
+        : [handles.filter((handle) => layout.has(handle)).map((handle) => layout.position(handle))])),
       touching: grab ? touching : [],
       reach,
-      underline: session.shared || !(last in layout.x) ? null
-        : [layout.x[first], layout.x[last] + layout.advance[last], layout.bottom(first) - 0.07 * layout.word.unitsPerEm],
+      underline: session.shared ? [] : tools?.underlines(layout, (letter) => session.chosen(letter)) ?? [],
     });
     attr(drawing.svg, "data-over", grab ? "drag" : hover ? (hover.pin >= 0 ? "pin" : "outline") : "");
-  }
-
-  /** @param {string} what */
-  async function save(what) {
-    const { layout } = drawing;
-    if (layout === null) return;
-    if (!tools) return say("idle", LATER);
-    try {
-      say("idle", await tools.save(what, session, layout));
-    } catch (error) {
-      say("error", `This did not work: ${/** @type {Error} */ (error).message}.`);
-    }
   }
 
   /** Makes the pins a constraint. @param {import("../solver/terms.js").Constraint["kind"]} kind */
@@ -303,7 +289,7 @@ export function createEditor(model, arriving) {
     if (layout === null) return;
     const handles = kind === "Width" ? [] : session.pins.filter((pin) => layout.has(pin));
     const [[x0, y0], [x1, y1]] = [0, 1].map((i) => (handles[i] ? layout.position(handles[i]) : [0, 0]));
-    const value = kind === "Width" ? layout.end : Math.hypot(x1 - x0, y1 - y0);
+    const value = kind === "Width" ? Math.max(...layout.ends.map(([x]) => x)) : Math.hypot(x1 - x0, y1 - y0);
     session.begin("constraint");
     if (kind !== "Width") session.write({ _pins: [] }, "constraint");
     const constraint = kind === "Width" || kind === "Distance" ? { kind, handles, value } : { kind, handles };

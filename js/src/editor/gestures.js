@@ -133,8 +133,7 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
     drawing.hold();
     const found = pick(at[0], at[1], touch ? TOUCH : REACH);
     const { x, y } = drawing.toFont(at[0], at[1]);
-    const letter = found ? found.handle[0]
-      : layout.row.order.findIndex((_, i) => x >= layout.x[i] && x < layout.x[i] + layout.advance[i]);
+    const letter = found ? found.handle[0] : layout.letterAt(x, y);
     if (letter >= 0) session.select(letter, event.ctrlKey || event.metaKey ? "to" : "within");
     if (found === null) {
       holds.clear();
@@ -142,14 +141,19 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
       else hold(event, at);
       return;
     }
-    const origin = layout.position(found.handle);
-    grab = {
-      handle: found.handle, by: "pointer", id: event.pointerId, start: at, last: at,
-      offset: [origin[0] - x, origin[1] - y], origin, target: origin, before: session.axes,
-      drag: null, follows: false, stuck: false,
-    };
-    last = found.handle;
+    take((last = found.handle), layout.position(last), "pointer", event.pointerId, at, [x, y]);
     drawing.svg.setPointerCapture(event.pointerId);
+  }
+
+  /**
+   * @param {Handle} handle @param {[number, number]} origin @param {"pointer" | "keys"} by @param {number} id
+   * @param {[number, number]} start @param {[number, number]} pressed in font units
+   */
+  function take(handle, origin, by, id, start, [x, y]) {
+    grab = {
+      handle, by, id, start, last: start, offset: [origin[0] - x, origin[1] - y], origin, target: origin,
+      before: session.axes, drag: null, follows: false, stuck: false,
+    };
   }
 
   /** @param {PointerEvent} event @param {[number, number]} at */
@@ -276,16 +280,12 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
     if (last === null) return;
     if (grab === null) {
       session.select(last[0], "within");
-      const origin = layout.position(last);
-      grab = {
-        handle: last, by: "keys", id: -1, start: [0, 0], last: [0, 0], offset: [0, 0], origin, target: origin,
-        before: session.axes, drag: null, follows: false, stuck: false,
-      };
+      take(last, layout.position(last), "keys", -1, [0, 0], [0, 0]);
     }
-    const { pixel } = drawing;
-    open(grab);
-    grab.target = [grab.target[0] + dx * pixel, grab.target[1] + dy * pixel];
-    say(grab, "move", grab.target);
+    const { pixel } = drawing, held = /** @type {Grab} */ (/** @type {unknown} */ (grab));
+    open(held);
+    held.target = [held.target[0] + dx * pixel, held.target[1] + dy * pixel];
+    say(held, "move", held.target);
   }
 
   function finishKeys() {

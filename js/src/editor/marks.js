@@ -10,7 +10,7 @@ export function createMarks(group) {
     reach: svg("path", { class: "vfw-reachable" }),
     constraints: svg("path", { class: "vfw-constraint-lines" }),
     touching: svg("path", { class: "vfw-contacts" }),
-    underline: svg("line", { class: "vfw-selected" }),
+    underline: svg("path", { class: "vfw-selected" }),
     tether: svg("line", { class: "vfw-tether" }),
     target: svg("circle", { class: "vfw-target" }),
     pins: svg("g", { class: "vfw-pins" }),
@@ -28,7 +28,7 @@ export function createMarks(group) {
    * @param {[number, number][][]} state.constraints the points of each
    * @param {[number, number][]} state.touching where letters press against something
    * @param {import("./reach.js").Reach | null} state.reach
-   * @param {[number, number, number] | null} state.underline left, right, y
+   * @param {[number, number, number][]} state.underline left, right and y on each line of text
    */
   function show({ pixel, handle, mode, tether, pins, constraints, touching, reach, underline }) {
     // A line without length is drawn as a round dot.
@@ -42,7 +42,7 @@ export function createMarks(group) {
     attr(mark.handle, "data-mode", mode);
     place(mark.target, on ? tether : null, { r: 2.5 * pixel });
     line(mark.tether, on ? [handle[0], handle[1], tether[0], tether[1]] : null);
-    line(mark.underline, underline ? [underline[0], underline[2], underline[1], underline[2]] : null);
+    attr(mark.underline, "d", underline.map(([left, right, y]) => `M${left} ${-y}H${right}`).join(""));
     const drawn = mark.pins.children;
     while (drawn.length > pins.length) drawn[0].remove();
     while (drawn.length < pins.length) mark.pins.append(pin());

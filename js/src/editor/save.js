@@ -72,11 +72,19 @@ async function savePng(layout) {
   download("word.png", canvas.toDataURL());
 }
 
-/** @param {string} what the entry of the menu @param {Session} session @param {Layout} layout @returns {Promise<string>} what is said then */
-export async function save(what, session, layout) {
-  if (what === "Copy CSS") await copy(css(session));
-  else if (what === "Copy Python") await copy(python(session));
-  else if (what === "Save SVG") saveSvg(layout);
-  else await savePng(layout);
-  return what.startsWith("Copy") ? "Copied." : "Saved.";
+/**
+ * @param {string} what the entry of the menu @param {Session} session @param {Layout | null} layout
+ * @param {(kind: string, words: string) => void} say hears of the result
+ */
+export async function save(what, session, layout, say) {
+  if (layout === null) return;
+  try {
+    if (what === "Copy CSS") await copy(css(session));
+    else if (what === "Copy Python") await copy(python(session));
+    else if (what === "Save SVG") saveSvg(layout);
+    else await savePng(layout);
+    say("idle", what.startsWith("Copy") ? "Copied." : "Saved.");
+  } catch (error) {
+    say("error", `This did not work: ${/** @type {Error} */ (error).message}.`);
+  }
 }

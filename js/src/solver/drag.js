@@ -2,7 +2,8 @@
 import { nearest } from "../word/cubics.js";
 import { coordinates, denormalize } from "../word/axes.js";
 import { Layout } from "../word/forward.js";
-import { END, Positions } from "../word/positions.js";
+import { ends } from "../word/rows.js";
+import { Positions } from "../word/positions.js";
 import { add } from "./box.js";
 import { minimise } from "./levenberg_marquardt.js";
 import { constraintTerm, pin, target } from "./terms.js";
@@ -10,6 +11,7 @@ import { isArray } from "../word/decode.js";
 
 /**
  * @typedef {import("../word/forward.js").Handle} Handle
+ * @typedef {import("../word/positions.js").Point} Point
  * @typedef {Record<string, number>} Values
  * @typedef {{axes: Values | Values[], met: boolean, missing: number, point: [number, number], finished: boolean,
  *   held: {axis: number, letter: number, end: -1 | 1}[]}} Place
@@ -46,7 +48,9 @@ export class Drag {
     const vectors = isArray(axes) ? axes.filter((_, i) => i <= first || i > last) : [axes], n = word.axes.length;
     this.#word = word;
     this.#press = axes;
-    const points = [handle ?? END, ...pins], firsts = constraints.map(({ kind, handles }) => points.push(...(kind === "Width" ? [END] : handles)));
+    /** @type {Point[]} */
+    const points = [handle ?? word.rows[0].order.length, ...pins], lines = ends(word.rows[0]);
+    const sizes = constraints.map(({ kind, handles }) => -points.length + points.push(...(kind === "Width" ? lines : handles)));
     const home = new Float64Array(vectors.length * n);
     vectors.forEach((values, v) => coordinates(word, values, home.subarray(v * n, (v + 1) * n)));
     this.#home = this.x = home;
@@ -56,21 +60,21 @@ export class Drag {
       return locked.has(axis.tag) ? w : coordinates({ ...word, axes: [axis] }, { [axis.tag]: axis[end] }, new Float64Array(1))[0];
     });
     this.#bounds = { lower: bound("minimum"), upper: bound("maximum") };
-    /** The points on each row of glyphs that a drag has come to. @type {Map<string, (Handle | typeof END | null)[]>} */
+    /** The points on each row of glyphs that a drag has come to. @type {Map<string, (Point | null)[]>} */
     this.#carried = new Map();
     this.#side = this.#at(home, points);
     this.#carried.set(this.#side.layout.key, points);
     const { x, y } = this.#side.positions.evaluate(home);
     this.#held = pins.map((_, i) => pin(i + 1, [x[i + 1], y[i + 1]]));
+    let next = 1 + pins.length;
     constraints.forEach((constraint, i) => {
-      const count = constraint.kind === "Width" ? 1 : constraint.handles.length;
-      this.#held.push(constraintTerm(constraint, firsts[i] - count));
+      this.#held.push(constraintTerm(constraint, Array.from({ length: sizes[i] }, () => next++)));
     });
   }
 
   /**
    * Points on the row of glyphs at a place, and the box around it in which the word has that row.
-   * @param {Float64Array} theta @param {(Handle | typeof END)[]} points
+   * @param {Float64Array} theta @param {Point[]} points
    */
   #at(theta, points) {
     const word = this.#word, press = this.#press, home = this.#home, n = word.axes.length, layout = new Layout(word).evaluate(this.#values(theta));
@@ -98,9 +102,11 @@ export class Drag {
     const far = new Layout(this.#word).evaluate(this.#values(theta));
     near.evaluate(this.axes);
     const carried = this.#carried.get(far.key) ?? points.map((point) => {
-      const letter = +point[0], glyph = far.glyphs[letter];
-      if (point === END || String(glyph.contours) === String(near.glyphs[letter].contours)) return point;
-      const [x, y] = near.position(/** @type {Handle} */ (point));
+      // The ends of lines come after the letters.
+      if (typeof point === "number") return point - near.row.order.length + far.row.order.length;
+      const letter = point[0], glyph = far.glyphs[letter];
+      if (String(glyph.contours) === String(near.glyphs[letter].contours)) return point;
+      const [x, y] = near.position(point);
       const only = { points: [far.points[letter]], glyphs: [glyph], x: [0], y: [0], position: () => [0, 0] };
       const found = nearest(/** @type {any} */ (only), x - near.x[letter], y - near.y[letter]);
       return found && /** @type {Handle} */ ([letter, found.contour, found.segment, found.t]);

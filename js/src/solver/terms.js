@@ -70,9 +70,9 @@ const distance = ([first, second], length) => ({
   miss: ([value]) => Math.abs(value),
 });
 
-/** Keeps the end of the word at a width. @param {number} end the point at the end @param {number} width @returns {Term} */
-const width = (end, width) => ({
-  weight: PIN_WEIGHT, rows: (x) => [{ value: x[end] - width, by: [[end, 1, 0]] }], miss: ([value]) => Math.abs(value),
+/** Keeps each line at a width. @param {number[]} ends the points at their ends @param {number} width @returns {Term} */
+const width = (ends, width) => ({
+  weight: PIN_WEIGHT, rows: (x) => ends.map((end) => ({ value: x[end] - width, by: [[end, 1, 0]] })), miss: (values) => Math.max(...values.map(Math.abs)),
 });
 
 /**
@@ -81,16 +81,15 @@ const width = (end, width) => ({
  */
 
 /**
- * The term of a constraint; its points are those from `first` on.
- * @param {Constraint} constraint @param {number} first @returns {Term}
+ * The term of a constraint on some points; those of a width are the ends of the lines.
+ * @param {Constraint} constraint @param {number[]} points @returns {Term}
  */
-export function constraintTerm({ kind, handles, value = 0 }, first) {
-  const points = handles.map((_, i) => first + i);
+export function constraintTerm({ kind, value = 0 }, points) {
   switch (kind) {
     case "SharedX": return aligned(points, 0);
     case "SharedY": return aligned(points, 1);
     case "Collinear": return collinear(points);
     case "Distance": return distance(points, value);
-    case "Width": return width(first, value);
+    case "Width": return width(points, value);
   }
 }

@@ -90,11 +90,12 @@ function row(raw, glyphs, count) {
   const index = (/** @type {any} */ v, /** @type {number} */ length, low = 0) => Number.isInteger(v) && v >= low && v < length;
   const form = (/** @type {any} */ f) => finite(f.default) && f.regions.length === f.deltas.length && f.deltas.every(finite)
     && f.regions.every((/** @type {any} */ r) => index(r, count));
-  const { order, anchors, pushed, own, anchored, gaps, clusters, bases } = raw, l = order.length, r = anchors.length;
+  const { order, anchors, pushed, own, anchored, gaps, clusters, names, lines, bases } = raw, l = order.length, r = anchors.length;
   // A chain of anchors that returned to its start would have no end.
   const ends = (/** @type {number} */ i, steps = 0) => i < 0 || (index(i, r) && steps < r && ends(anchors[i], steps + 1));
   check(order.every((/** @type {any} */ g) => index(g, glyphs)) && r >= l && anchors.every((/** @type {any} */ a) => index(a, l, -1) && ends(a))
-    && [pushed, own, anchored, gaps].every((part) => part.length === r) && clusters.length === l && bases.length === l
+    && [pushed, own, anchored, gaps].every((part) => part.length === r) && [clusters, names, lines, bases].every((part) => part.length === l)
+    && lines.every((/** @type {any} */ line) => index(line, r - l))
     && pushed.flat().every((/** @type {any} */ p) => index(p[0], l) && finite(p[1]))
     && [...own, ...anchored].every(({ x, y }) => form(x) && form(y)), "a row of glyphs");
   return raw;

@@ -5,7 +5,7 @@
 import { coordinates } from "./axes.js";
 import { cubic } from "./cubics.js";
 import { scalars } from "./regions.js";
-import { chain, rowAt, rowOf, valueOf } from "./rows.js";
+import { chain, ends, rowAt, rowOf, valueOf } from "./rows.js";
 import { evaluate } from "./varying.js";
 
 /**
@@ -114,9 +114,16 @@ export class Layout {
     return this.places[this.places.length > 1 ? letter : 0];
   }
 
-  /** Where the first line ends. */
-  get end() {
-    return this.x[this.glyphs.length] ?? 0;
+  /** Where each line that has letters ends. @returns {[number, number][]} */
+  get ends() {
+    return ends(this.row).map((i) => [this.x[i], this.y[i]]);
+  }
+
+  /** The letter whose advance is at a place, on the nearest line; −1 for none. @param {number} x @param {number} y */
+  letterAt(x, y) {
+    const far = (/** @type {number} */ i) => Math.abs(this.y[i] + 0.3 * this.word.unitsPerEm - y);
+    return this.row.order.reduce((best, _, i) => (
+      x >= this.x[i] && x < this.x[i] + this.advance[i] && !(far(i) >= far(best)) ? i : best), -1);
   }
 
   /** Is there such a point? @param {any} handle */

@@ -8,14 +8,12 @@ import { evaluate } from "./varying.js";
 /**
  * @typedef {import("./forward.js").Handle} Handle
  * @typedef {import("./rows.js").Form} Form
+ * @typedef {Handle | number} Point  a point of an outline, or the entry of a row that is the end of a line
  * @typedef {{letter: number, share: number, x: Form | null, y: Form | null}} Part  a form by the scalars of a letter
  */
 
 /** Step of a difference quotient, shorter than any distance that the solver keeps from a kink. */
 const STEP = 1e-9;
-
-/** Given in place of a handle: the end of the first line. */
-export const END = "end";
 
 export class Positions {
   #gamma; #slopes; #affine; #owners; #vectors; #points; #word;
@@ -23,7 +21,7 @@ export class Positions {
   /**
    * @param {import("./decode.js").Word} word
    * @param {import("./rows.js").Row} row the row of glyphs that the handles are on
-   * @param {(Handle | typeof END)[]} handles
+   * @param {Point[]} handles
    * @param {number[]} owners the axis vector of each letter
    */
   constructor(word, row, handles, owners) {
@@ -123,21 +121,21 @@ export class Positions {
 
 /**
  * A point as a sum of forms: its place in the letter, the steps that lead to the letter, and the advances before it.
- * @param {import("./decode.js").Word} word @param {import("./rows.js").Row} row @param {Handle | typeof END} handle
+ * @param {import("./decode.js").Word} word @param {import("./rows.js").Row} row @param {Point} handle
  * @returns {{constant: [number, number], parts: Part[], advances: Part[], outline?: any,
  *   weights: number[][], letter: number}}
  */
 function point(word, row, handle) {
-  const letter = handle === END ? row.order.length : handle[0], last = (/** @type {number} */ i) => Math.max(row.anchors[i], 0);
+  const ending = typeof handle === "number", letter = ending ? handle : handle[0], last = (/** @type {number} */ i) => Math.max(row.anchors[i], 0);
   const parts = chain(row, letter).flatMap((k) => [
     { letter: k < row.order.length ? k : last(k), share: 1, ...row.own[k] },
     { letter: last(k), share: 1, ...row.anchored[k] },
   ]);
   const advances = row.pushed[letter].map(([i, share]) =>
     ({ letter: i, share, x: word.glyphs[row.order[i]].advance, y: null }));
-  const [dx, dy] = (handle === END ? null : word.offsets[letter]) ?? [0, 0], glyph = word.glyphs[row.order[letter]];
-  const weights = handle === END ? [] : blend(glyph, handle);
-  if (handle !== END && !glyph.outline) parts.push({ letter, share: 1, ...within(glyph, weights) });
+  const [dx, dy] = (ending ? null : word.offsets[letter]) ?? [0, 0], glyph = word.glyphs[row.order[letter]];
+  const weights = ending ? [] : blend(glyph, handle);
+  if (!ending && !glyph.outline) parts.push({ letter, share: 1, ...within(glyph, weights) });
   return { constant: [dx + word.tracking * row.gaps[letter], dy], parts, advances, outline: glyph?.outline, weights, letter };
 }
 

@@ -6,6 +6,8 @@
  * @typedef {object} Row
  * @property {number[]} order the glyph of each letter
  * @property {number[]} clusters the first character that each letter stands for
+ * @property {string[]} names what each letter is called
+ * @property {number[]} lines the line that each letter is on
  * @property {number[]} bases 1 for a letter, 0 for a mark
  * @property {number[]} anchors for each letter and then each end of a line the letter it is placed next to, or −1
  * @property {number[]} gaps how many letters stand before each on its line
@@ -39,7 +41,7 @@ export function rowOf({ rows }, choice) {
   const owner = usual.anchors.map((anchor, i) => chosen[i < chosen.length ? i : anchor] ?? usual);
   const take = (/** @type {(row: Row, i: number) => any} */ part) => owner.map(part);
   return {
-    order: chosen.map((row, i) => row.order[i]), clusters: usual.clusters, bases: chosen.map((row, i) => row.bases[i]),
+    order: chosen.map((row, i) => row.order[i]), clusters: usual.clusters, names: usual.names, lines: usual.lines, bases: chosen.map((row, i) => row.bases[i]),
     anchors: take((row, i) => row.anchors[i]), gaps: take((row, i) => row.gaps[i]), pushed: take((row, i) => row.pushed[i]),
     own: take((row, i) => row.own[i]), anchored: take((row, i) => (chosen[row.anchors[i]] ?? row).anchored[i]),
   };
@@ -50,6 +52,9 @@ export function valueOf({ default: sum, regions, deltas }, gamma) {
   for (let j = 0; j < regions.length; j++) sum += gamma[regions[j]] * deltas[j];
   return sum;
 }
+
+/** The ends of the lines that have letters, as indices of their entries. @param {Row} row */
+export const ends = ({ lines, order }) => [...new Set(lines)].map((line) => order.length + line);
 
 /** The letters and ends whose steps lead to one, itself included. @param {Row} row @param {number} index */
 export function chain({ anchors }, index) {

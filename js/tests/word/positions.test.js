@@ -3,7 +3,7 @@ import test from "node:test";
 import { decodeWord } from "../../src/word/decode.js";
 import { coordinates, denormalize, normalize } from "../../src/word/axes.js";
 import { Layout } from "../../src/word/forward.js";
-import { END, Positions } from "../../src/word/positions.js";
+import { Positions } from "../../src/word/positions.js";
 import { rawWord } from "../oil.js";
 
 const handles = [[0, 0, 1, 0.3], [0, 1, 3, 1], [1, 0, 2, 0.5], [2, 0, 1, 0.25]];
@@ -21,7 +21,7 @@ test("positions are those of the layout, with shared axes and with axes for each
   const word = decodeWord(rawWord());
   for (const axes of [...places, places]) {
     const layout = new Layout(word).evaluate(axes);
-    const { x, y } = new Positions(word, word.rows[0], [...handles, END], owners(word, axes)).evaluate(flat(word, axes));
+    const { x, y } = new Positions(word, word.rows[0], [...handles, 3], owners(word, axes)).evaluate(flat(word, axes));
     handles.forEach((handle, i) => {
       const [px, py] = layout.position(handle);
       assert.ok(Math.abs(x[i] - px) < 1e-9 && Math.abs(y[i] - py) < 1e-9);
@@ -33,7 +33,7 @@ test("positions are those of the layout, with shared axes and with axes for each
 test("derivatives are those of differences", () => {
   const word = decodeWord(rawWord()), step = 1e-6;
   for (const axes of [...places, places]) {
-    const positions = new Positions(word, word.rows[0], [...handles, END], owners(word, axes)), theta = flat(word, axes);
+    const positions = new Positions(word, word.rows[0], [...handles, 3], owners(word, axes)), theta = flat(word, axes);
     const at = (i, by) => {
       const moved = theta.slice();
       moved[i] += by;

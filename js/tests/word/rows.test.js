@@ -3,8 +3,9 @@ import test from "node:test";
 import { decodeWord } from "../../src/word/decode.js";
 import { coordinates } from "../../src/word/axes.js";
 import { Layout } from "../../src/word/forward.js";
-import { END, Positions } from "../../src/word/positions.js";
+import { Positions } from "../../src/word/positions.js";
 import { rowAt } from "../../src/word/rows.js";
+import { underlines } from "../../src/editor/underline.js";
 import { oneRow, rawWord } from "../oil.js";
 
 const nothing = { default: 0, regions: [], deltas: [] };
@@ -63,7 +64,7 @@ test("marks hang on letters after them, and tracking skips them", () => {
 });
 
 test("positions follow every row, with shared axes and with axes for each letter", () => {
-  const word = decodeWord(kerned()), handles = [[0, 0, 1, 0.3], [1, 0, 2, 0.5], [2, 0, 1, 0.25], END];
+  const word = decodeWord(kerned()), handles = [[0, 0, 1, 0.3], [1, 0, 2, 0.5], [2, 0, 1, 0.25], 3];
   const places = [{ wght: 700, wdth: 70 }, { wght: 500, wdth: 120 }, { wght: 850, wdth: 90 }];
   for (const axes of [...places, places]) {
     const layout = new Layout(word).evaluate(axes), vectors = [axes].flat();
@@ -94,4 +95,20 @@ test("malformed rows say what is wrong", () => {
   ]) assert.throws(broken((r) => change(r.rows[0])), /malformed: a row of glyphs/);
   assert.throws(broken((r) => (r.settings.cells = [0])), /malformed: the settings/);
   assert.throws(broken((r) => (r.settings.edges = [[0.5]])), /malformed: the settings/);
+});
+
+test("a letter is found on the nearest line, and letters are underlined line by line", () => {
+  const raw = rawWord(), row = { ...raw.rows[0], lines: [0, 0, 1], anchors: [-1, 0, -1, 1, 2], gaps: [0, 1, 0, 2, 1] };
+  const steps = [0, 0, -1000, 0, -1000].map((y) => ({ x: nothing, y: { ...nothing, default: y } }));
+  const pushed = [[], [[0, 1]], [], [[0, 1], [1, 1]], [[2, 1]]], none = steps.map(() => step(0));
+  // The step of an end of a line comes after that of its last letter.
+  const own = steps.map((one, i) => (i === 4 ? step(0) : one));
+  const layout = new Layout(decodeWord({ ...raw, offsets: [], rows: [{ ...row, own, anchored: none, pushed }] })).evaluate({});
+  assert.deepEqual([...layout.y], [0, 0, -1000, 0, -1000]);
+  assert.deepEqual(layout.ends, [[900, 0], [300, -1000]]);
+  assert.equal(layout.letterAt(50, 300), 0);
+  assert.equal(layout.letterAt(650, -700), 1);
+  assert.equal(layout.letterAt(50, -700), 2);
+  assert.equal(layout.letterAt(950, 0), -1);
+  assert.deepEqual(underlines(layout, (letter) => letter >= 1).map((line) => line.slice(0, 2)), [[600, 900], [0, 300]]);
 });
