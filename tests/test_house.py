@@ -15,8 +15,8 @@ import vfwidget
 ROOT = Path(vfwidget.__file__).parent
 VIEW = ROOT.parent / "js" / "src"
 ROOMS = (
-    "errors deprecation limits threads arrays files outline font export text raster solver energy overlap "
-    "motion matching design plot view"
+    "errors deprecation limits threads arrays files outline font export text raster solver energy "
+    "overlap motion matching design plot view"
 ).split()
 """What stands later may import what stands earlier, and never the reverse."""
 LONGEST = 400

@@ -11,8 +11,8 @@ def model(seed: int) -> Model:
     """A model with up to 12 unknowns, 2 residuals and 4 inequalities.
 
     Two inequalities are nearly equal, unless there is one only. About half of the models with
-    residuals have distances that count for some unknowns only. In a third of them, inequalities are steep, as
-    those of slivers, and some are met at the start.
+    residuals have distances that count for some unknowns only. In a third of them, inequalities
+    are steep, as those of slivers, and some are met at the start.
     """
     rng = np.random.default_rng(seed)
     n, rows, count = rng.integers(1, 13), rng.integers(0, 3), rng.integers(1, 5)

@@ -18,9 +18,9 @@ from ..outline.arrangement import in_both, nonzero
 from ..outline.cubics import AREA
 from ..outline.union import odd, without_overlaps
 from .shape import LARGEST
-from .svg_parts import Drawn
-from .svg_shapes import Outline, Painted, areas, check_curves, filled, outlines
-from .svg_tree import drawn_shapes
+from .svg.parts import Drawn
+from .svg.shapes import Outline, Painted, areas, check_curves, filled, outlines
+from .svg.tree import drawn_shapes
 
 THINNEST = 1e-9
 """A contour is a line if its area is below this, by the square of its length."""

@@ -11,10 +11,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import OverlapError
-from .svg_parts import length
-from .svg_style import LONG, STYLED
+from ...arrays import Array
+from ...errors import OverlapError
+from .parts import length
+from .style import LONG, STYLED
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 FUNCTION = re.compile(r"([a-zA-Z]+)\s*\(([^()]*)\)[\s,]*", re.ASCII)

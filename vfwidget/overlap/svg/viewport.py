@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from ..arrays import Array
-from ..errors import OverlapError
-from .svg_parts import FONT_SIZE, Drawn, length, number
-from .svg_transforms import fitted, inside, shifted, transform_of, view_box
+from ...arrays import Array
+from ...errors import OverlapError
+from .parts import FONT_SIZE, Drawn, length, number
+from .transforms import fitted, inside, shifted, transform_of, view_box
 
 PEN = frozenset({"stroke-width", "stroke-dasharray", "stroke-dashoffset"})
 """Lengths of strokes, which are inherited; percentages are inherited as such."""

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from .svg_paths import CLOSE, MOVE, Step
+from ...arrays import Array
+from .paths import CLOSE, MOVE, Step
 
 
 class Vertex(NamedTuple):

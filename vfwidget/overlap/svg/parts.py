@@ -6,8 +6,8 @@ import math
 import re
 from typing import NamedTuple
 
-from ..arrays import Array
-from ..errors import OverlapError
+from ...arrays import Array
+from ...errors import OverlapError
 
 WIDE, HIGH = (
     frozenset({"x", "x1", "x2", "cx", "rx", "width"}),

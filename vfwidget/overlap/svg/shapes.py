@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import OverlapError
-from ..limits import limits
-from ..outline.cubics import chord, x_extent
+from ...arrays import Array
+from ...errors import OverlapError
+from ...limits import limits
+from ...outline.cubics import chord, x_extent
+from .paint import is_visible
+from .parts import Drawn, number
+from .paths import path_of, subpaths
 from .strokes import LEAST_CURVES, Pen, count_dashes, length_of, stroked
-from .svg_paint import is_visible
-from .svg_parts import Drawn, number
-from .svg_paths import path_of, subpaths
 
 GEOMETRY = frozenset("d points x y x1 y1 x2 y2 cx cy r rx ry width height".split())
 """The attributes that give a shape its form."""

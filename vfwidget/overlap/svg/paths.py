@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..outline.cubics import chord
-from .svg_parts import number
+from ...arrays import Array
+from ...outline.cubics import chord
+from .parts import number
 
 COMMA = re.compile(r"\s*,?\s*")
 NUMBER = re.compile(r"[+-]?(?:\d*\.\d+|\d+)(?:[eE][+-]?\d+)?", re.ASCII)

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from ..errors import OverlapError
-from .svg_paint import accepted
+from ...errors import OverlapError
+from .paint import accepted
 
 NAMESPACES = ("", "http://www.w3.org/2000/svg")
 MOST_RULES = 1_000

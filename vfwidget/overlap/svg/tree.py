@@ -13,16 +13,16 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..errors import OverlapError, OverlapWarning, warn_caller
-from ..limits import limits
-from .svg_markers import Vertex, vertices
-from .svg_paint import without_server
-from .svg_parts import HIGH, WIDE, Drawn, length, number
-from .svg_paths import path_of
-from .svg_shapes import GEOMETRY, box_of
-from .svg_style import Styles, tag_of
-from .svg_transforms import inside, scaled, shifted, turned, view_box
-from .svg_viewport import PEN, Around, dashes, fonts_of, pen_of, placed_in, viewport
+from ...errors import OverlapError, OverlapWarning, warn_caller
+from ...limits import limits
+from .markers import Vertex, vertices
+from .paint import without_server
+from .parts import HIGH, WIDE, Drawn, length, number
+from .paths import path_of
+from .shapes import GEOMETRY, box_of
+from .style import Styles, tag_of
+from .transforms import inside, scaled, shifted, turned, view_box
+from .viewport import PEN, Around, dashes, fonts_of, pen_of, placed_in, viewport
 
 SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
 GROUPS = frozenset({"g", "a", "svg", "switch", "use"})

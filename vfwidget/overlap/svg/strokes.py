@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..outline.cubics import bernstein, chord
-from ..outline.union import without_overlaps
-from .shape import polygon
+from ...arrays import Array
+from ...outline.cubics import bernstein, chord
+from ...outline.union import without_overlaps
+from ..shape import polygon
 
 STEPS, PER_CUBIC = 16, 2
 """Points at which the bend of a curve is looked at, and how many of them a cubic of the stroke's
