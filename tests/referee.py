@@ -15,6 +15,8 @@ OUTLINE_TOLERANCE = 0.002
 FLOAT32 = 2**-22
 """HarfBuzz holds outlines in float32: far from the origin its own grid is coarser than that."""
 F2DOT14 = 16384
+INVISIBLE = 0x7FFFFFF0
+"""A glyph id that no font has."""
 
 
 class HarfBuzz:
@@ -162,12 +164,15 @@ class Typesetter:
         buffer = hb.Buffer()
         buffer.cluster_level = hb.BufferClusterLevel.MONOTONE_CHARACTERS
         buffer.add_str(string)
-        buffer.flags = hb.BufferFlags.REMOVE_DEFAULT_IGNORABLES
+        # Hidden, as by default: a mark after a removed glyph would stand away from its letter.
+        buffer.invisible_glyph = INVISIBLE
         buffer.guess_segment_properties()
         buffer.language = "und"
         hb.shape(self._plain if rounded else self._font, buffer, features or {})
         pen, found = 0, []
         for info, p in zip(buffer.glyph_infos, buffer.glyph_positions, strict=True):
+            if info.codepoint == INVISIBLE:
+                continue
             origin = (pen + p.x_offset) / self.SCALE, p.y_offset / self.SCALE
             found.append((info.codepoint, info.cluster, *origin, p.x_advance / self.SCALE))
             pen += p.x_advance

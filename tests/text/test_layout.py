@@ -126,6 +126,33 @@ def test_a_mark_follows_its_anchor() -> None:
         assert (base.x, mark.advance, after.x) == pytest.approx((0, 0, 600))
 
 
+@pytest.mark.parametrize(
+    "hidden, direction",
+    [
+        ("\u034f", None),
+        ("\xad", None),
+        ("\u2060\u200b", None),
+        ("\u034f", "rtl"),
+        ("\ufe0f", "rtl"),
+    ],
+    ids=ascii,
+)
+def test_an_invisible_character_does_not_push_a_mark_away(hidden, direction) -> None:
+    """Hebrew has U+034F between two vowels. Fonts that lack it would draw a box for it."""
+    font = kerned(MARK)
+    for before, after in ("n", "\u0301a"), ("an\u0301", "an\u0301"), ("an", f"{hidden}\u0301n"):
+        string = before + hidden + after
+        if direction:
+            string = f"\u202e{string}\u202c"
+        for wght in 400, 900:
+            text, plain = (
+                vf.Text(font, one, {"wght": wght}, direction=direction, script="Latn")
+                for one in (string, string.replace(hidden, ""))
+            )
+            found = [(r.glyph_id, r.x, r.y, r.advance) for r in text.layout]
+            assert found == [(r.glyph_id, r.x, r.y, r.advance) for r in plain.layout]
+
+
 def test_a_mark_with_axes_of_its_own_stays_between_the_anchors() -> None:
     text = vf.Text(kerned(MARK), "n\u0301a", shared=False)
     _, mark, after = text.at(theta=[[1.0], [0.0], [0.0]]).layout

@@ -36,6 +36,8 @@ are slanted, and rounded extents have no derivative."""
 LINE_BREAK = re.compile("\r\n|\r|\n")
 """What separates the lines of a text. Fonts have glyphs for these characters, which are blank."""
 SCRIPT_LIST, FEATURE_LIST = 4, 6
+INVISIBLE = 0x7FFFFFFF
+"""A glyph id that no font has. HarfBuzz gives it to characters such as a joiner."""
 COMMON = frozenset(("Zyyy", "Zinh", "Zzzz"))
 """Scripts of characters that are common to several scripts."""
 ALIKE = frozenset("Armn Bopo Copt Cyrl Geor Grek Hani Hira Kana Latn".split())
@@ -178,10 +180,12 @@ class Shaper:
             for number, (start, line) in enumerate(_lines(string)):
                 for run, script in _script_runs(line, options):
                     buffer = self._shape_run(string, start, run, script, options, by_grapheme)
-                    infos += buffer.glyph_infos
-                    positions += buffer.glyph_positions
-                    lines += [number] * len(buffer)
-                    rtl += [run.rtl] * len(buffer)
+                    both = zip(buffer.glyph_infos, buffer.glyph_positions, strict=True)
+                    visible = [one for one in both if one[0].codepoint != INVISIBLE]
+                    infos += [info for info, _ in visible]
+                    positions += [position for _, position in visible]
+                    lines += [number] * len(visible)
+                    rtl += [run.rtl] * len(visible)
                     by_extents |= self._ignores_gpos(buffer.script) and _has_marks(
                         line[run.start : run.end]
                     )
@@ -267,8 +271,9 @@ class Shaper:
         )
         # uharfbuzz takes no subclass, such as numpy's strings.
         buffer.add_str(str(string), start + run.start, run.end - run.start)
-        # A joiner and its like say how to shape, and then become invisible.
-        buffer.flags = hb.BufferFlags.REMOVE_DEFAULT_IGNORABLES
+        # A joiner and its like say how to shape, and then become invisible. Where HarfBuzz removes
+        # one between a letter and its mark, it leaves the mark as far away as that glyph is wide.
+        buffer.invisible_glyph = INVISIBLE
         buffer.direction = "rtl" if run.rtl else "ltr"
         if script is not None:
             buffer.script = script
