@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -151,7 +152,11 @@ def _is_small(energy: Energy) -> bool:
 
 def held_axes(energy: Energy, found: Descent) -> Array:
     """-1 or 1 where an axis is held at its lower or upper bound, else 0, in the shape of Θ."""
-    held = active_bounds(found.problem, found.state, energy.jacobian)
+    state = found.state
+    if energy.moves and state.model is None:
+        # A restart may have located the moving terms elsewhere in the meantime.
+        state = replace(state, residual=energy.renew(state.x))
+    held = active_bounds(found.problem, state, energy.jacobian)
     # A locked axis is not held by a bound of the font.
     held = np.where(energy.locked, 0, held)
     active = np.zeros(energy.text.coordinates.shape, dtype=int)
