@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from test_editor import Screen
 
@@ -22,9 +24,14 @@ editor
 """
 REPORT = """
 import json
+import re
 print(json.dumps({"overlaps": len(vf.overlaps(editor.text, [bar])), "right": right,
                   "now": float(editor.text.segments()[0][..., 0].max()), "axes": editor.axes,
                   "avoid": editor.avoid_overlaps}))
+"""
+TOPS = """
+tops = [editor.text.position(editor.text.nearest(x, 1600)).tolist() for x in (200, 1100)]
+print(json.dumps(tops))
 """
 
 
@@ -75,3 +82,22 @@ def test_the_switch(lab: Callable[..., Any]) -> None:
     # The view shows the axes to which the letters have moved.
     shown = screen.root.locator(".vfw-letter").first.evaluate("path => path.getBBox().width")
     assert shown < end["right"] + 61
+
+
+def test_the_status_is_that_of_the_present_drag(lab: Callable[..., Any]) -> None:
+    notebook = lab([SHOW, REPORT + TOPS])
+    screen = Screen(notebook)
+    status = screen.root.locator(".vfw-status")
+    tops = json.loads(notebook.output(1).splitlines()[1])
+    for at, name in zip(tops, "lo", strict=True):
+        screen.page.mouse.move(*screen.client(at))
+        screen.page.mouse.down()
+        said = []
+        for up in (2000, 2400, 2800):
+            screen.page.mouse.move(*screen.client([at[0], at[1] + up]))
+            screen.settle()
+            said += re.findall(f"Target {name} is missed by ([0-9.]+)", status.inner_text())
+        screen.page.mouse.up()
+        screen.settle()
+        missed = [float(distance) for distance in said]
+        assert np.diff(missed) == pytest.approx([400, 400], abs=60)

@@ -278,7 +278,7 @@ export function createEditor(model, arriving) {
         : [handles.filter((handle) => layout.has(handle)).map((handle) => layout.position(handle))])),
       touching: grab ? touching : [],
       reach,
-      underline: session.shared ? [] : tools?.underlines(layout, (letter) => session.chosen(letter)) ?? [],
+      underline: tools?.underlines(layout, session) ?? [],
     });
     attr(drawing.svg, "data-over", grab ? "drag" : hover ? (hover.pin >= 0 ? "pin" : "outline") : "");
   }
@@ -353,8 +353,8 @@ export function createEditor(model, arriving) {
     drawing.layout?.evaluate(session.axes);
     gestures.judge(sent);
     request();
-    // The view has said at once what it predicted; where the answer agrees, the words stay.
-    if (answer.status && answer.status !== status.kind) say(String(answer.status), String(answer.message || ""));
+    // Where the view has predicted the answer, it has said so at once, and the words stay.
+    if (answer.status && (!gestures.foretold || answer.status !== status.kind)) say(String(answer.status), String(answer.message || ""));
     if (answer.elsewhere) {
       status.offer(guard(() => {
         say("idle", "");

@@ -47,6 +47,8 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
   let last = null;
   /** Where the pointer rests on the picture. @type {[number, number] | null} */
   let pointer = null;
+  /** Whether the last event of a drag was predicted, and not left to the kernel. */
+  let foretold = false;
   /** Where the pointer of a drag was last. @type {[number, number] | null} */
   let previous = null;
   /** Pointers that move the picture: one pans, two zoom as well. @type {Map<number, [number, number]>} */
@@ -338,7 +340,8 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
   /** Shows where a drag leads, and tells the kernel. @param {Grab} grab @param {"down" | "move" | "up"} phase @param {[number, number]} at */
   function say(grab, phase, at) {
     if (!grab.drag) return;
-    if (phase !== "down" && !grab.follows) {
+    foretold = phase !== "down" && !grab.follows;
+    if (foretold) {
       const place = grab.drag.to(at, phase === "move" ? PATIENCE : Infinity);
       session.predict(place.axes);
       if (!place.finished) unfinished.add(place.axes);
@@ -376,6 +379,7 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
 
   return {
     get grab() { return grab; },
+    get foretold() { return foretold; },
     get hover() { return hover; },
     get shown() { return shown(); },
     /** The point that is held, or was moved last. */

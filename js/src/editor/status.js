@@ -6,7 +6,7 @@ import { BETTER } from "./messages.js";
 export function createStatus(changed) {
   let kind = "idle", text = "";
   const line = html("div", { class: "vfw-status", role: "status", "aria-live": "polite", tabindex: 0 });
-  const better = html("button", { type: "button", class: "vfw-button vfw-better", hidden: true }, BETTER);
+  const better = html("button", { type: "button", class: "vfw-better", hidden: true }, BETTER);
 
   /** @param {string} newKind @param {string} newText */
   function say(newKind, newText) {

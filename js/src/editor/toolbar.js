@@ -43,7 +43,7 @@ export function menu(className, label, choose) {
 /** @param {Actions} actions */
 export function createToolbar(actions) {
   const button = (/** @type {string} */ name, /** @type {string} */ text, /** @type {() => void} */ onclick) =>
-    html("button", { type: "button", class: `vfw-button ${name}`, onclick }, text);
+    html("button", { type: "button", class: name, onclick }, text);
   const picture = (/** @type {keyof typeof ICONS} */ name, /** @type {string} */ label, /** @type {() => void} */ onclick) =>
     html("button", { type: "button", class: `vfw-tool vfw-${name}`, "aria-label": label, title: label, onclick }, icon(ICONS[name]));
   const undo = picture("undo", "Undo (Ctrl+Z)", actions.undo);

@@ -6,14 +6,15 @@ const GAP = 0.07;
 /**
  * Left, right and y of a line under some letters, one for each line of text that has any of them. Letters that follow each
  * other in the row need not do so in the text, and may be on several lines.
- * @param {import("../word/forward.js").Layout} layout @param {(letter: number) => boolean} chosen
+ * @param {import("../word/forward.js").Layout} layout @param {import("./session.js").Session} session
  * @returns {[number, number, number][]}
  */
-export function underlines(layout, chosen) {
+export function underlines(layout, session) {
+  if (session.shared) return [];
   /** @type {Map<number, [number, number, number]>} */
   const found = new Map();
   layout.row.lines.forEach((line, i) => {
-    if (!chosen(i)) return;
+    if (!session.chosen(i)) return;
     // A mark has no advance, only an outline.
     const xs = layout.advance[i] > 0 ? [0, layout.advance[i]] : [...layout.points[i]].filter((_, j) => j % 2 === 0);
     if (xs.length === 0) return;

@@ -110,5 +110,6 @@ test("a letter is found on the nearest line, and letters are underlined line by 
   assert.equal(layout.letterAt(650, -700), 1);
   assert.equal(layout.letterAt(50, -700), 2);
   assert.equal(layout.letterAt(950, 0), -1);
-  assert.deepEqual(underlines(layout, (letter) => letter >= 1).map((line) => line.slice(0, 2)), [[600, 900], [0, 300]]);
+  assert.deepEqual(underlines(layout, { shared: false, chosen: (letter) => letter >= 1 }).map((line) => line.slice(0, 2)), [[600, 900], [0, 300]]);
+  assert.deepEqual(underlines(layout, { shared: true }), []);
 });
