@@ -10,6 +10,7 @@ import formats
 import numpy as np
 import pytest
 import registry_fonts
+from fontTools.varLib.featureVars import addFeatureVariations
 from layout_table import NO_KERNING, difference, locations, measure, setters
 from referee import Typesetter
 
@@ -312,6 +313,28 @@ def test_a_handle_keeps_its_parameter_where_contours_correspond() -> None:
     assert (carried.glyph, carried.contour, carried.segment, carried.t) == (0, 0, 3, 0.25)
     assert heavy.position(handle).tolist() == heavy.position(carried).tolist()
     assert heavy.carry(carried) == carried
+
+
+def test_a_handle_keeps_its_point_where_a_contour_starts_elsewhere() -> None:
+    """The alternate s of a font in the registry has its segments, but starts half way round."""
+    bowl = fonts.BOWL
+    turned = [(x + 20, y, *on) for x, y, *on in (*bowl[3:], *bowl[:3])]
+
+    def edit(builder) -> None:
+        builder.setupCharacterMap({ord("a"): "a"})
+        variations = [([{"wght": (0.5, 1)}], {"a": "b"})]
+        addFeatureVariations(builder.font, variations, "rvrn")
+
+    glyphs = {"a": fonts.outline(bowl, fonts.SQUARE), "b": fonts.outline(turned, fonts.SQUARE)}
+    text = vf.Text(fonts.build(glyphs, {}, axes=(fonts.WEIGHT,), edit=edit), "a")
+    bold = text.at({"wght": 900})
+    assert bold.glyphs[0].name == "b" and bold.glyphs[0].contours == text.glyphs[0].contours
+    for contour, shift in ((0, 20), (1, 0)):
+        for segment in range(text.glyphs[0].contours[contour]):
+            handle = text.handle(0, contour, segment, 0.25)
+            found = bold.position(handle) - text.position(handle)
+            assert found.tolist() == pytest.approx([shift, 0])
+            assert text.carry(bold.carry(handle)) == handle
 
 
 def test_a_handle_goes_to_the_nearest_point_of_another_glyph() -> None:

@@ -13,6 +13,10 @@ from ..outline.cubics import bernstein, nearest
 from .handle import Handle
 from .word import Word
 
+CLEARLY_NEARER = 0.5
+"""Contours correspond from their starts, unless that takes points farther than this allows: the
+share of the mean distance that is left if they correspond from another segment."""
+
 
 def nearest_handle(word: Word, points: Array, point: Array) -> Handle:
     """The handle of the outline point nearest to a point (2,).
@@ -43,9 +47,10 @@ def carry(handle: Handle, word: Word) -> Handle:
     """The handle of a word that corresponds to that of the same text in another setting.
 
     The point keeps its contour, segment and parameter if the glyphs of both words have the same
-    contours. Otherwise it is the point of the new outline nearest to the old one, where both
-    outlines are those of the default and are measured from the letter's origin. So the point is
-    the same wherever the text stands, and a drag beyond a boundary does not slide along the glyph.
+    contours; if a contour clearly starts elsewhere, its segments are counted from there. Otherwise
+    it is the point of the new outline nearest to the old one, where both outlines are those of the
+    default and are measured from the letter's origin. So the point is the same wherever the text
+    stands, and a drag beyond a boundary does not slide along the glyph.
 
     Raises
     ------
@@ -62,7 +67,10 @@ def _carried(handle: Handle, word: Word) -> Handle:
     letter = _letter(handle, word)
     before, after = handle.word.glyphs[handle.glyph], word.glyphs[letter]
     if before.contours == after.contours:
-        return replace(handle, glyph=letter, word=word)
+        segment = handle.segment
+        if before is not after:
+            segment = (segment + _turn(before, after, handle)) % before.contours[handle.contour]
+        return replace(handle, glyph=letter, segment=segment, word=word)
     if not after.contours:
         raise GlyphError(f"{handle.letter_name} has no outline there, so no point to hold.")
     # Each word of a long text has most of its glyphs from others.
@@ -72,6 +80,16 @@ def _carried(handle: Handle, word: Word) -> Handle:
     )
     contour = int(after.contours.owners[found])
     return Handle(letter, contour, found - sum(after.contours[:contour]), t, word=word)
+
+
+def _turn(before: Glyph, after: Glyph, handle: Handle) -> int:
+    """How many segments later a handle's contour starts in another glyph with the same contours."""
+    w = np.zeros(len(handle.word.font.axes))
+    starts = before.contours.indices[handle.contour][:, 0]
+    old, new = before.outline.value(w)[starts], after.outline.value(w)[starts]
+    away = [np.hypot(*(np.roll(new, -k, 0) - old).T).mean() for k in range(len(old))]
+    turn = int(np.argmin(away))
+    return turn if away[turn] < CLEARLY_NEARER * away[0] else 0
 
 
 def _corresponding(before: Glyph, after: Glyph, handle: Handle) -> tuple[int, float]:
