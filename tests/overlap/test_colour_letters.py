@@ -106,3 +106,20 @@ def test_letters_fall_on_their_layers():
     )
     assert fall[-1].composition is text.composition
     assert painted(fall[-1]).bounds[1] == pytest.approx(-500, abs=1)
+
+
+def test_the_inked_area_is_that_of_the_layers():
+    font = vf.load_font(colour_fonts.flat_colours())
+    text = vf.Text(font, "ab", axes={"wght": 650}, shared=False)
+    huge = [(-9e3, -9e3), (9e3, -9e3), (9e3, 9e3), (-9e3, 9e3)]
+
+    def ink(text):
+        return sum(found.area for found in vf.overlaps(text, huge) if found.obstacle)
+
+    term = vf.Area().bind(text)
+    assert term.area == pytest.approx(ink(text))
+    assert vf.check_derivative(term, text) < 1e-5
+    goal = ink(text.at({"wght": 800}))
+    heavier = vf.solve(text, vf.Area(goal))
+    assert heavier.status == "converged"
+    assert ink(heavier.text) == pytest.approx(goal, rel=2e-3) != pytest.approx(term.area, rel=2e-2)

@@ -17,6 +17,7 @@ from ..outline.arrangement import Spans, boundary
 from ..outline.monotone import coefficients
 from ..solver.problem import is_number
 from ..text import Handle, Text
+from ..text.colours import as_drawn
 from ..text.place import AXES
 from ..text.points import PointSet
 from .rows import Derivative, Rows
@@ -177,9 +178,10 @@ class Area(Term):
 
     Notes
     -----
-    The area is that of the ink, so places at which contours or letters overlap count once. It is
-    exact (:mod:`vfwidget.outline.area`). The residual is the excess of the area, divided by the
-    square root of the goal; it is in font units as those of other terms.
+    The area is that of the ink, so places at which contours or letters overlap count once. A
+    colour glyph is what its layers cover, whatever their colours. The area is exact
+    (:mod:`vfwidget.outline.area`). The residual is the excess of the area, divided by the square
+    root of the goal; it is in font units as those of other terms.
     """
 
     area: float | None = None
@@ -188,18 +190,19 @@ class Area(Term):
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
-        if not text.word.contours:
+        drawn = as_drawn(text)
+        if not drawn.word.contours:
             raise SolveError(f"{text.string!r} has no outline, and so no area.")
-        bound = replace(self, _contours=text.word.contours)
+        bound = replace(self, _contours=drawn.word.contours)
         if self.area is None:
-            curves, spans = bound._ink(to_array(text.points()))
+            curves, spans = bound._ink(to_array(drawn.points()))
             return replace(bound, area=float(areas(curves, spans).sum()))
         if not (_is_finite(self.area) and self.area > 0):
             raise SolveError(f"An area is a finite number > 0, not {self.area!r}.")
         return bound
 
     def points(self, text: Text) -> PointSet:
-        return text.point_set()
+        return as_drawn(text).point_set()
 
     def residual(self, points: Array, theta: Array) -> Array:
         goal = self.area or 1.0
