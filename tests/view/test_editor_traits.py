@@ -246,6 +246,9 @@ def test_the_saved_picture_follows_the_editor(monkeypatch: pytest.MonkeyPatch) -
         ([{"kind": "Collinear", "handles": 3}], "3 to 1000 points"),
         ([{"kind": "Width", "value": float("nan")}], "length ≥ 0"),
         ([{"kind": "Width"}], "length ≥ 0"),
+        ([{"kind": "Width", "value": True}], "length ≥ 0"),
+        ([{"kind": ["Width"]}], "A constraint is one of"),
+        ([{"kind": {}}], "A constraint is one of"),
         ([{"kind": "SharedY", "handles": [[0, 0, 0, 0], [0, 0]]}], r"\[letter, contour"),
         ([{"kind": "SharedY", "handles": [[0, 0, 0, 0], [9, 0, 0, 0]]}], "9"),
     ],
@@ -351,3 +354,10 @@ def test_a_slider_in_a_flat_part_of_a_segment_map_is_heard(editor: Any) -> None:
     editor.text = vf.Text(vf.load_font(fonts.with_segment_map(flat)), "a", axes={"wght": 650})
     editor.comm.update(axes={"wght": 750.0}, _gesture="slider")
     assert editor.axes == {"wght": 750} == editor.text.axes
+
+
+@pytest.mark.parametrize("bad", [[["wght"]], [{}], [5], "wght", None])
+def test_locks_that_are_no_tags_are_one_clear_error(editor: Any, bad: Any) -> None:
+    with pytest.raises(vf.AxisError, match="lock"):
+        editor.locks = bad
+    assert editor.locks == []

@@ -49,7 +49,7 @@ def checked_constraints(constraints: Any, text: Text) -> tuple[dict[str, Any], .
 def _checked(constraint: Any, text: Text) -> dict[str, Any]:
     raw = _from_term(constraint, text) if isinstance(constraint, Term) else constraint
     kind = raw.get("kind") if isinstance(raw, Mapping) else None
-    if kind != "Width" and kind not in COUNTS:
+    if not isinstance(kind, str) or (kind != "Width" and kind not in COUNTS):
         kinds = ", ".join([*COUNTS, "Width"])
         raise SolveError(f"A constraint is one of {kinds}; received {constraint!r}.")
     checked: dict[str, Any] = {"kind": kind, "handles": []}
@@ -62,7 +62,8 @@ def _checked(constraint: Any, text: Text) -> dict[str, Any]:
         checked["handles"] = [_checked_place(handle, text) for handle in handles]
     if kind in VALUED:
         value = raw.get("value")
-        if not isinstance(value, int | float) or not (math.isfinite(value) and value >= 0):
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not is_number or not (math.isfinite(value) and value >= 0):
             raise SolveError(f"The value of a {kind} is a length ≥ 0; received {value!r}.")
         checked["value"] = float(value)
     return checked

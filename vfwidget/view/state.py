@@ -126,10 +126,10 @@ def checked_locks(locks: Any, text: Text) -> tuple[str, ...]:
     tags = [axis.tag for axis in text.font.axes]
     if isinstance(locks, str) or not isinstance(locks, Iterable):
         raise AxisError(f"locks must be a list of axis tags; received {locks!r}.")
-    locks = tuple(dict.fromkeys(locks))
+    locks = tuple(locks)
     for tag in locks:
         if tag not in tags:
             raise AxisError(
-                f"The font has no axis {tag!r} to lock; its axes are {', '.join(tags)}."
+                f"The font has no axis {tag!r:.100} to lock; its axes are {', '.join(tags)}."
             )
-    return locks
+    return tuple(dict.fromkeys(locks))
