@@ -240,3 +240,18 @@ def test_layout_of_a_long_line_leaves_out_its_numbers():
     assert "more than 12 letters" in heading(ax)[1]
     with pytest.raises(TypeError, match="must be a Text"):
         plot.layout("word")
+
+
+def test_a_mark_has_no_advance_in_the_figure_of_a_layout():
+    """Its glyph has a width in the font, by which the next letter does not move."""
+    text = vf.Text("roboto-flex", "x\u0309n")
+    mark = text.layout[1]
+    assert mark.advance == 0 and mark.glyph.advance(text.theta[0]) > 500
+    ax = plot.layout(text)
+    arrows = [note for note in ax.texts if not note.get_text()]
+    ends = sorted((note.xyann[0], note.xy[0]) for note in arrows)
+    letters = [record for record in text.layout if record.advance]
+    assert ends == [pytest.approx((r.x, r.x + r.advance)) for r in letters]
+    right = float(mark.glyph.side_bearings(text.theta[0])[1] - mark.glyph.advance(text.theta[0]))
+    band = ax.collections[3].get_paths()[0].vertices[:, 0]
+    assert [band.min(), band.max()] == pytest.approx([mark.x, mark.x - right])

@@ -292,10 +292,14 @@ def layout(text: Text, ax: Axes | None = None) -> Axes:
     font = text.font
     origins = [placed.x for placed in text.layout]
     rows = list(np.broadcast_to(theta, (len(text.glyphs), theta.shape[1])))
-    advances = [float(g.advance(w)) for g, w in zip(text.glyphs, rows, strict=True)]
+    widths = [float(g.advance(w)) for g, w in zip(text.glyphs, rows, strict=True)]
+    # A mark may have a width in the font; HarfBuzz sets it without one.
+    advances = [width * own for width, own in zip(widths, text.word.origins.is_base, strict=True)]
     bearings = [
         [float(side) for side in g.side_bearings(w)] for g, w in zip(text.glyphs, rows, strict=True)
     ]
+    for sides, width, advance in zip(bearings, widths, advances, strict=True):
+        sides[1] += advance - width
     numbers = len(text.glyphs) <= MOST_LETTERS
     em, end = font.units_per_em, text.advance()
     points = to_array(text.points())
