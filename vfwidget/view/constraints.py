@@ -61,12 +61,15 @@ def _checked(constraint: Any, text: Text) -> dict[str, Any]:
             raise SolveError(f"{kind} takes {number}; received {handles!r}.")
         checked["handles"] = [_checked_place(handle, text) for handle in handles]
     if kind in VALUED:
-        value = raw.get("value")
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not is_number or not (math.isfinite(value) and value >= 0):
-            raise SolveError(f"The value of a {kind} is a length ≥ 0; received {value!r}.")
-        checked["value"] = float(value)
+        checked["value"] = _checked_length(kind, raw.get("value"))
     return checked
+
+
+def _checked_length(kind: str, value: Any) -> float:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        if math.isfinite(value) and value >= 0:
+            return float(value)
+    raise SolveError(f"The value of a {kind} is a length ≥ 0; received {value!r}.")
 
 
 def _checked_place(handle: Any, text: Text) -> list[Any]:
