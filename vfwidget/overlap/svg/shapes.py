@@ -131,6 +131,7 @@ def _least_curves(shape: Drawn, path: Outline) -> int:
     pen = _pen(shape.style)
     if pen is None:
         return sum(len(segments) for segments, _ in path.subpaths)
+    pen = _stretched(pen, shape.attributes.get("pathLength"), path)
     sides = (len(segments) + count_dashes(segments, pen) for segments, _ in path.subpaths)
     return LEAST_CURVES * sum(sides)
 

@@ -24,7 +24,7 @@ STRAIGHT = 1e-6
 """A segment is straight if its handles are so near to the thirds of its chord, by its size."""
 ROUNDING = 1e-9
 """Handles that are shorter, by the size of the curve, have no direction."""
-SHARP, MOST_CUTS = 0.3, 8
+SHARP, MOST_CUTS = 0.3, 4
 """Radians between two steps along a curve above which it is cut, and how often."""
 FINE = 64
 """Straight steps by which the length of a curve is measured."""

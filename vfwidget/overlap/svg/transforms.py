@@ -147,6 +147,8 @@ def _arguments(
         if not part:
             return None
         number, unit, comma = float(part[1]), part[2], part[3]
+        if not math.isfinite(number):
+            return None
         if styled and number and not unit and kind:
             return None  # Style sheets need units.
         if unit and not styled:
