@@ -103,6 +103,24 @@ def flat_colours() -> bytes:
     return fonts.build(*fonts.base_glyphs(), edit=add)
 
 
+def gathered_stops(extend: str) -> bytes:
+    """COLR version 1 in a font without axes: gradients whose stops, or ends, are at one place."""
+    F = otTables.PaintFormat
+    apart, together = (
+        {"Extend": extend, "ColorStop": [(first, 0, 1.0), (last, 1, 0.5)]}
+        for first, last in ((0.0, 1.0), (0.5, 0.5))
+    )
+    sweep = {"Format": F.PaintSweepGradient, "centerX": 300, "centerY": 300}
+    linear = dict(x0=0, y0=0, x1=300, y1=0, x2=0, y2=300)
+    fills = [
+        {**sweep, "ColorLine": apart, "startAngle": 90, "endAngle": 90},
+        {**sweep, "ColorLine": together, "startAngle": 30, "endAngle": 200},
+        {"Format": F.PaintLinearGradient, "ColorLine": together, **linear},
+    ]
+    layers = [{"Format": F.PaintGlyph, "Glyph": "a", "Paint": fill} for fill in fills]
+    return _static(layers)
+
+
 def static_colours() -> bytes:
     """COLR version 1 in a font without axes: a colour, a gradient and a turn."""
     F = otTables.PaintFormat
@@ -114,11 +132,16 @@ def static_colours() -> bytes:
     ]
     layers = [{"Format": F.PaintGlyph, "Glyph": "a", "Paint": fill} for fill in fills]
     layers.append({"Format": F.PaintRotate, "angle": 30.0, "Paint": layers[1]})
+    return _static(layers)
+
+
+def _static(layers: list[dict[str, Any]]) -> bytes:
+    """A font without axes whose glyph "a" has these layers."""
 
     def add(builder: FontBuilder) -> None:
         del builder.font["fvar"], builder.font["gvar"]
         order = builder.font.getReverseGlyphMap()
-        glyphs = {"a": {"Format": F.PaintColrLayers, "Layers": layers}}
+        glyphs = {"a": {"Format": otTables.PaintFormat.PaintColrLayers, "Layers": layers}}
         builder.font["COLR"] = colorLib.buildCOLR(glyphs, version=1, glyphMap=order)
         builder.font["CPAL"] = colorLib.buildCPAL(PALETTES)
 

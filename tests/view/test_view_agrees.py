@@ -122,6 +122,18 @@ def test_colours_are_those_of_the_svg(edit: Any) -> None:
             assert one == pytest.approx(other, rel=2e-3, abs=0.01)
 
 
+@pytest.mark.parametrize("extend", ["pad", "repeat", "reflect"])
+def test_gradients_with_all_stops_at_one_place_are_those_of_the_svg(extend: str) -> None:
+    text = vf.Text(vf.load_font(colour_fonts.gathered_stops(extend), static=True), "a")
+    [drawn] = answers("colours.mjs", word=describe_word(text), axes=text.axes)
+    theirs, ours = f"<g>{drawn}</g>", text.to_svg()
+    spread = re.compile('spreadMethod="([a-z]*)"')
+    assert spread.findall(theirs) == spread.findall(ours)
+    opacities = [[n[-1] for tag, n in painted(svg) if tag == "path"] for svg in (theirs, ours)]
+    assert len(opacities[0]) == 2 * 120
+    assert opacities[0] == pytest.approx(opacities[1], abs=1e-3)
+
+
 @pytest.mark.parametrize("name", COMPOSED)
 def test_a_predicted_drag_of_a_composition_reaches_its_goal(name: str) -> None:
     font = vf.load_font(COMPOSED[name]())

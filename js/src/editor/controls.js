@@ -128,7 +128,7 @@ export function createControls(actions, id) {
   let names = [];
   const panel = html("div", { class: "vfw-axes" });
   const summary = html("summary");
-  const letters = html("div", { class: "vfw-letters-bar", role: "group", "aria-label": "Letters that the sliders act on", title: "Hold Shift, or slide over the letters, to select several: they share their axes." });
+  const letters = html("div", { class: "vfw-letters-bar", role: "group", "aria-label": "Letters that sliders act on", title: "Hold Shift or slide to select several letters that share their axes." });
   const element = html("div", { class: "vfw-controls" }, letters, panel);
 
   /** @param {import("../word/decode.js").Word} word */
@@ -137,7 +137,7 @@ export function createControls(actions, id) {
     if (!alike(word.axes, rows.map((row) => row.axis))) setAxes(word.axes);
     const { order } = word.rows[0];
     // A mark by itself stands on a dotted circle.
-    names = word.rows[0].names.map((name) => String(name).replace(/^\p{M}/u, "\u25cc$&"));
+    names = word.rows[0].names.map((name) => name.replace(/^\p{M}/u, "\u25cc$&"));
     letters.replaceChildren(...names.map((name, i) => html("button", {
       type: "button", class: "vfw-chip", title: word.glyphs[order[i]].name,
       "aria-label": `Letter ${i + 1}, ${name}`,

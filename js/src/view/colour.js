@@ -26,6 +26,7 @@ function drawn({ outline, contours, starts, kind, numbers, frame, extend, colour
   if (!size) return svg("path", { d, fill: stops[0].fill, "fill-opacity": stops[0].alpha });
   // SVG knows no stops beyond 0 and 1, so the gradient is moved to the first and the last stop.
   const low = stops[0].at, span = stops[s - 1].at - low || 1;
+  if (stops[s - 1].at === low) extend = "pad";
   const ends = (/** @type {number[]} */ from, /** @type {number[]} */ to) =>
     [low, low + span].map((t) => from.map((one, i) => one + (to[i] - one) * t));
   for (const stop of stops) stop.at = (stop.at - low) / span;
@@ -62,7 +63,9 @@ function wedges(x, y, start, end, stops, extend) {
   return Array.from({ length: WEDGES }, (_, i) => {
     const ray = (/** @type {number} */ k) =>
       `L${x + REACH * Math.cos((2 * Math.PI * k) / WEDGES)} ${y + REACH * Math.sin((2 * Math.PI * k) / WEDGES)}`;
-    let t = ((i + 0.5) * (360 / WEDGES) - start) / (end - start);
+    const angle = (i + 0.5) * (360 / WEDGES);
+    // Without an arc, all angles lie beyond one of the ends.
+    let t = start === end ? (angle < start ? -1 : 2) : (angle - start) / (end - start);
     if (extend === "repeat") t -= Math.floor(t);
     if (extend === "reflect") t = 1 - Math.abs(t - 2 * Math.floor(t / 2) - 1);
     const after = stops.findIndex(({ at }) => at > t), b = stops[after < 0 ? stops.length - 1 : after], a = after > 0 ? stops[after - 1] : b;
