@@ -63,7 +63,11 @@ class Descent(NamedTuple):
 
     def after(self, former: Descent) -> Descent:
         """The descent as the continuation of another one."""
-        history = [*former.history, *self.history]
+        before = former.history
+        if np.array_equal(before[-1][0], self.history[0][0]):
+            # It began where the other one ended.
+            before = before[:-1]
+        history = [*before, *self.history]
         return self._replace(history=history, earlier=former.iterations + self.earlier)
 
     @property

@@ -187,8 +187,7 @@ class _Beyond:
             found = found._replace(state=replace(found.state, outcome=UNPROMISING))
         if promising and self._most > TRIAL_STEPS and found.cut and not self.used_up:
             rest = self._take(energy, found.state.x, self._most - TRIAL_STEPS)
-            # It starts where the trial has ended.
-            found = rest._replace(history=rest.history[1:]).after(found)
+            found = rest.after(found)
         self._least = min(self._least, found.state.cost)
         return found
 
