@@ -449,7 +449,7 @@ def test_letters_on_several_lines_are_named_underlined_and_selected_by_line(show
         ends = (letter.x, letter.x + letter.advance)
         assert (left, right) == pytest.approx(ends, abs=0.1)
     assert lines[1][1] - lines[0][1] == pytest.approx(-layout[2].y, abs=30)
-    # Beside the stem of the i, above its serif: a place of no outline, on the second line only.
+    # No outline is beside the stem of the i, above its serif, and only the second line is near.
     page.page.mouse.click(*page.client([layout[3].x + 60, layout[3].y + 250]))
     page.wait()
     pressed = chips.evaluate_all("all => all.map(chip => chip.ariaPressed)")

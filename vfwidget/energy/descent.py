@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import Array, BoolArray, holds_anywhere
 from ..solver.drivers import History, active_bounds, minimise
-from ..solver.problem import Problem, State, Tolerances
+from ..solver.problem import Problem, State, Tolerances, products
 from ..solver.status import ITERATION_LIMIT, TIME_LIMIT, Outcome
 from ..text.place import AXES
 from ..threads import one_thread
@@ -150,8 +150,8 @@ def descend(
 
 def _is_small(energy: Energy) -> bool:
     """Whether BLAS would do every product of a step in one thread anyway, as in most drags."""
-    rows, unknowns = energy.row_count, len(energy.lower)
-    return rows is not None and rows * unknowns * min(rows, unknowns) < SMALL
+    rows = energy.row_count
+    return rows is not None and products(rows, len(energy.lower)) < SMALL
 
 
 def held_axes(energy: Energy, found: Descent) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array, BoolArray
 from ..errors import AxisError
-from ..solver.problem import Proximity, check_size
+from ..solver.problem import check_size, pooled
 from ..text import Text
 from ..text.place import AXES, OFFSETS, TRACKING, Unknowns
 from .affine import AffineTerm, compiled
@@ -206,12 +206,9 @@ class Energy:
         if len(pulls) == 1:
             self.proximity, self.constant = pulls[0], self._fixed_cost
             return
-        # Several squares of one unknown are one, around their weighted mean.
-        weights = np.zeros(len(self.lower)) + sum(w for w, _ in pulls)
-        mean = np.zeros(len(self.lower)) + sum(w * reference for w, reference in pulls)
-        np.divide(mean, weights, out=mean, where=weights > 0)
-        self.proximity = Proximity(weights, mean)
-        apart = sum(float((w * (r - mean)).dot(r - mean)) for w, r in pulls)
+        weights, reference = np.array(pulls).reshape(-1, 2, len(self.lower)).swapaxes(0, 1)
+        owner = np.tile(np.arange(len(self.lower)), len(pulls))
+        self.proximity, apart = pooled(weights.ravel(), reference.ravel(), owner, len(self.lower))
         self.constant = self._fixed_cost + apart
 
     def _compile(self) -> None:

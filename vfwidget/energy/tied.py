@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array, BoolArray, IntArray, padded_table
 from ..errors import SolveError
-from ..solver.problem import Proximity, is_count
+from ..solver.problem import is_count, pooled
 from ..text import Text
 from ..text.place import AXES, Unknowns
 from .checked import bound
@@ -169,15 +169,9 @@ class TiedEnergy(Energy):
         self.lower, self.upper = np.full(len(kept), -np.inf), np.full(len(kept), np.inf)
         np.maximum.at(self.lower, self._source, whole.lower)
         np.minimum.at(self.upper, self._source, whole.upper)
-        # The squares of one unknown for each letter of a group are one, around their mean.
-        all_weights, references = whole.proximity
-        weights, mean = np.zeros(len(kept)), np.zeros(len(kept))
-        np.add.at(weights, self._source, all_weights)
-        np.add.at(mean, self._source, all_weights * references)
-        np.divide(mean, weights, out=mean, where=weights > 0)
-        self.proximity = Proximity(weights, mean)
-        apart = all_weights * (references - mean[self._source]) ** 2
-        self.constant = whole.constant + float(apart.sum())
+        # There is a square for each letter of a group.
+        self.proximity, apart = pooled(*whole.proximity, self._source, len(kept))
+        self.constant = whole.constant + apart
 
     def at(self, text: Text, terms: Sequence[Term]) -> Energy:
         """As :meth:`Energy.at`."""

@@ -178,8 +178,8 @@ class Area(Term):
 
     Notes
     -----
-    The area is that of the ink, so places at which contours or letters overlap count once. A
-    colour glyph is what its layers cover, whatever their colours. The area is exact
+    The area is that of the ink, so places at which contours or letters overlap count once. The
+    area of a colour glyph is that of its layers, and their colours do not matter. The area is exact
     (:mod:`vfwidget.outline.area`). The residual is the excess of the area, divided by the square
     root of the goal; it is in font units as those of other terms.
     """

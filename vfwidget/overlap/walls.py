@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array, IntArray
 from ..energy.energy import Energy
 from ..solver.linearize import OFFSET
-from ..solver.problem import Proximity
+from ..solver.problem import pooled
 from ..text.memo import Memo
 from ..text.place import AXES
 from .collisions import Collisions, areas
@@ -78,11 +78,10 @@ class Room:
     def calmed(self, x: Array, weight: float) -> Room:
         """The same room with a further pull of all axes to a state, in square font units."""
         room, unknowns = copy.copy(self), self.energy.unknowns
-        own, reference = self.proximity
         calm = unknowns.flat({AXES: np.full_like(unknowns.place(x)[AXES], weight)})
-        total = own + calm
-        mean = np.divide(own * reference + calm * x, total, out=x.copy(), where=total > 0)
-        room.proximity = Proximity(total, mean)
+        own, reference = self.proximity
+        squares = np.concatenate([own, calm]), np.concatenate([reference, x])
+        room.proximity, _ = pooled(*squares, np.tile(np.arange(len(x)), 2), len(x))
         return room
 
     def positions(self, x: Array) -> Array:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, IntArray
 from ..errors import SolveError
 from ..limits import limits
 from .loss import rescale, robust_cost
@@ -39,6 +39,11 @@ def is_count(value: object) -> bool:
     return whole and int(value) >= 0  # type: ignore[call-overload]
 
 
+def products(residuals: int, unknowns: int) -> int:
+    """The multiplications of a step of the solver."""
+    return residuals * unknowns * min(residuals, unknowns)
+
+
 def check_size(residuals: int, unknowns: int) -> None:
     """Refuse a solve whose steps would take too much time and memory.
 
@@ -47,11 +52,11 @@ def check_size(residuals: int, unknowns: int) -> None:
     SolveError
         Residuals × unknowns × the smaller of both exceed ``limits.step_products``.
     """
-    products = residuals * unknowns * min(residuals, unknowns)
-    if products > limits.step_products:
+    needed = products(residuals, unknowns)
+    if needed > limits.step_products:
         raise SolveError(
             f"This solve is too large: a step with {residuals:,} residuals and {unknowns:,} "
-            f"unknowns takes {products:,} multiplications, and the limit is "
+            f"unknowns takes {needed:,} multiplications, and the limit is "
             f"{limits.step_products:,}. Use fewer terms or pixels, or fewer unknowns, for example "
             "letters that share their axes; or raise vf.limits.step_products."
         )
@@ -116,6 +121,29 @@ class Proximity(NamedTuple):
 
     weights: Array
     reference: Array
+
+
+def pooled(
+    weights: Array, reference: Array, owner: IntArray, count: int
+) -> tuple[Proximity, float]:
+    """One square for each unknown in place of several, and what these add to the cost besides.
+
+    It is around their weighted mean.
+
+    Parameters
+    ----------
+    weights, reference : (m,) arrays
+    owner : (m,) int array
+        The unknown that each square is of.
+    count : int
+        The number of unknowns.
+    """
+    total, mean = np.zeros(count), np.zeros(count)
+    np.add.at(total, owner, weights)
+    np.add.at(mean, owner, weights * reference)
+    np.divide(mean, total, out=mean, where=total > 0)
+    away = reference - mean[owner]
+    return Proximity(total, mean), float((weights * away).dot(away))
 
 
 class Problem(NamedTuple):

@@ -66,11 +66,8 @@ def _carried(handle: Handle, word: Word) -> Handle:
     """As :func:`carry`, from another word."""
     letter = _letter(handle, word)
     before, after = handle.word.glyphs[handle.glyph], word.glyphs[letter]
-    if before.contours == after.contours:
-        segment = handle.segment
-        if before is not after:
-            segment = (segment + _turn(before, after, handle)) % before.contours[handle.contour]
-        return replace(handle, glyph=letter, segment=segment, word=word)
+    if before is after:
+        return replace(handle, glyph=letter, word=word)
     if not after.contours:
         raise GlyphError(f"{handle.letter_name} has no outline there, so no point to hold.")
     # Each word of a long text has most of its glyphs from others.
@@ -82,22 +79,24 @@ def _carried(handle: Handle, word: Word) -> Handle:
     return Handle(letter, contour, found - sum(after.contours[:contour]), t, word=word)
 
 
-def _turn(before: Glyph, after: Glyph, handle: Handle) -> int:
-    """How many segments later a handle's contour starts in another glyph with the same contours."""
+def _corresponding(before: Glyph, after: Glyph, handle: Handle) -> tuple[int, float]:
+    """The segment of a glyph, and t on it, that stand for a handle's point of another glyph."""
     w = np.zeros(len(handle.word.font.axes))
-    starts = before.contours.indices[handle.contour][:, 0]
-    old, new = before.outline.value(w)[starts], after.outline.value(w)[starts]
+    old, new = before.outline.value(w), after.outline.value(w)
+    own = before.contours.indices[handle.contour]
+    if before.contours == after.contours:
+        turn = _turn(old[own[:, 0]], new[own[:, 0]])
+        segment = (handle.segment + turn) % before.contours[handle.contour]
+        return sum(before.contours[: handle.contour]) + segment, handle.t
+    point = bernstein(handle.t) @ old[own[handle.segment]]
+    return nearest(new[after.contours.segments], point)
+
+
+def _turn(old: Array, new: Array) -> int:
+    """How many segments later a contour starts in another glyph, by the starts (s, 2) of both."""
     away = [np.hypot(*(np.roll(new, -k, 0) - old).T).mean() for k in range(len(old))]
     turn = int(np.argmin(away))
     return turn if away[turn] < CLEARLY_NEARER * away[0] else 0
-
-
-def _corresponding(before: Glyph, after: Glyph, handle: Handle) -> tuple[int, float]:
-    """The segment of a glyph, and t on it, nearest to a handle's point of another glyph."""
-    w = np.zeros(len(handle.word.font.axes))
-    own = before.contours.indices[handle.contour][handle.segment]
-    point = bernstein(handle.t) @ before.outline.value(w)[own]
-    return nearest(after.outline.value(w)[after.contours.segments], point)
 
 
 def _letter(handle: Handle, word: Word) -> int:

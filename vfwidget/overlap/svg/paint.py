@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import re
 
+from .parts import NUMBER
+
 HEX = re.compile(r"#(?:[0-9a-f]{3,4}|[0-9a-f]{6}|[0-9a-f]{8})")
 FUNCTION = re.compile(
     r"(?:rgba?|hsla?|hwb|lab|lch|oklab|oklch|color|color-mix|light-dark)\((.*)\)", re.DOTALL
 )
 URL = re.compile(r"""url\(\s*(?:"[^"]*"|'[^']*'|[^"')]*)\s*\)""")
-VALUE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(%?)")
+VALUE = re.compile(rf"({NUMBER})(%?)")
 SYSTEM = frozenset(
     "accentcolor accentcolortext activetext buttonborder buttonface buttontext canvas canvastext "
     "field fieldtext graytext highlight highlighttext linktext mark marktext selecteditem "

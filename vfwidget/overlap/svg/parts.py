@@ -24,7 +24,8 @@ UNITS = {
 """Units of length, in pixels."""
 BY_FONT = {"em": 1.0, "rem": 1.0, "ex": 0.5, "ch": 0.5}
 """Units of length, in sizes of a font."""
-LENGTH = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(%|[a-z]*)", re.IGNORECASE | re.ASCII)
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+LENGTH = re.compile(rf"({NUMBER})(%|[a-z]*)", re.IGNORECASE | re.ASCII)
 WORD = re.compile(r"[a-z-]*", re.IGNORECASE)
 
 

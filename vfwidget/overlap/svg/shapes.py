@@ -38,11 +38,14 @@ class Outline(NamedTuple):
         Cubic segments in the shape's own coordinates, and whether they are closed.
     linear, shift : (2, 2) and (2,) arrays
         From these coordinates to those of the document.
+    pen : Pen, optional
+        How the path is stroked; None if it is not.
     """
 
     subpaths: list[tuple[Array, bool]]
     linear: Array
     shift: Array
+    pen: Pen | None
 
     def placed(self, segments: Array) -> Array:
         """Segments in the coordinates of the document."""
@@ -68,8 +71,9 @@ def outlines(shapes: Sequence[Drawn]) -> list[Outline]:
                 known[key] = subpaths(path_of(shape.tag, form))
             except Exception as error:
                 raise OverlapError(f"A {shape.tag} of the SVG cannot be read: {error}.") from None
-        found.append(Outline(known[key], shape.matrix[:2], shape.matrix[2]))
-        count += _least_curves(shape, found[-1])
+        pen = _pen(shape, known[key])
+        found.append(Outline(known[key], shape.matrix[:2], shape.matrix[2], pen))
+        count += _least_curves(found[-1])
         check_curves(count)
     return found
 
@@ -87,10 +91,9 @@ def areas(shape: Drawn, path: Outline) -> Iterator[Painted]:
     """The area that a shape fills, and the one that it strokes."""
     if path.subpaths and _is_painted(shape.style, "fill", "black"):
         yield filled(path, shape.style.get("fill-rule"))
-    pen = _pen(shape.style)
+    pen = path.pen
     if pen is None:
         return
-    pen = _stretched(pen, shape.attributes.get("pathLength"), path)
     # The width of this stroke is that of the document, whatever the transforms.
     still = "non-scaling-stroke" in shape.style.get("vector-effect", "")
     bars = []
@@ -99,18 +102,6 @@ def areas(shape: Drawn, path: Outline) -> Iterator[Painted]:
         bars += pieces if still else [path.placed(piece) for piece in pieces]
     if bars:
         yield Painted(bars, False)
-
-
-def _stretched(pen: Pen, stated: str | None, path: Outline) -> Pen:
-    """A pen whose dashes are measured in units of which the path has a stated number."""
-    whole = number(stated, -1.0)
-    if not pen.dashes or whole < 0:
-        return pen
-    if whole == 0:
-        return pen._replace(dashes=())
-    scale = sum(length_of(segments) for segments, _ in path.subpaths) / whole
-    dashes = tuple(scale * dash for dash in pen.dashes)
-    return pen._replace(dashes=dashes if sum(dashes) > 0 else (), offset=scale * pen.offset)
 
 
 def filled(path: Outline, rule: str | None) -> Painted:
@@ -126,12 +117,11 @@ def _stated_curves(form: dict[str, str]) -> int:
     return max(letters, len(NUMBER.findall(path)) // 7, len(NUMBER.findall(points)) // 2)
 
 
-def _least_curves(shape: Drawn, path: Outline) -> int:
+def _least_curves(path: Outline) -> int:
     """At least how many curves a shape has, with those around its stroke."""
-    pen = _pen(shape.style)
+    pen = path.pen
     if pen is None:
         return sum(len(segments) for segments, _ in path.subpaths)
-    pen = _stretched(pen, shape.attributes.get("pathLength"), path)
     sides = (len(segments) + count_dashes(segments, pen) for segments, _ in path.subpaths)
     return LEAST_CURVES * sum(sides)
 
@@ -180,8 +170,9 @@ def _is_painted(style: dict[str, str], name: str, default: str) -> bool:
     return is_visible(paint) and number(style.get(f"{name}-opacity"), 1.0) > 0
 
 
-def _pen(style: dict[str, str]) -> Pen | None:
-    """How a path is stroked; None if it is not."""
+def _pen(shape: Drawn, subpaths: Sequence[tuple[Array, bool]]) -> Pen | None:
+    """How the path of a shape is stroked; None if it is not."""
+    style = shape.style
     width = number(style.get("stroke-width"), 1.0)
     if width <= 0 or not _is_painted(style, "stroke", "none"):
         return None
@@ -189,7 +180,7 @@ def _pen(style: dict[str, str]) -> Pen | None:
     dashes = tuple(number(part, 0.0) for part in style.get("stroke-dasharray", "").split())
     if sum(dashes) == 0:
         dashes = ()
-    return Pen(
+    pen = Pen(
         width,
         style.get("stroke-linecap", "butt"),
         style.get("stroke-linejoin", "miter"),
@@ -197,3 +188,16 @@ def _pen(style: dict[str, str]) -> Pen | None:
         dashes,
         number(style.get("stroke-dashoffset"), 0.0),
     )
+    return _stretched(pen, shape.attributes.get("pathLength"), subpaths)
+
+
+def _stretched(pen: Pen, stated: str | None, subpaths: Sequence[tuple[Array, bool]]) -> Pen:
+    """A pen whose dashes are measured in units of which the path has a stated number."""
+    whole = number(stated, -1.0)
+    if not pen.dashes or whole < 0:
+        return pen
+    if whole == 0:
+        return pen._replace(dashes=())
+    scale = sum(length_of(segments) for segments, _ in subpaths) / whole
+    dashes = tuple(scale * dash for dash in pen.dashes)
+    return pen._replace(dashes=dashes if sum(dashes) > 0 else (), offset=scale * pen.offset)

@@ -13,10 +13,9 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import OverlapError
-from .parts import length
+from .parts import NUMBER, length
 from .style import LONG, STYLED
 
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 FUNCTION = re.compile(r"([a-zA-Z]+)\s*\(([^()]*)\)[\s,]*", re.ASCII)
 ARGUMENT = re.compile(rf"\s*({NUMBER})(%|[a-zA-Z]*)\s*(,?)", re.ASCII)
 VIEW_BOX = re.compile(rf"\s*({NUMBER})(?:\s*,\s*|\s+|(?=[+-]))" * 3 + rf"({NUMBER})\s*", re.ASCII)

@@ -19,7 +19,7 @@ from .markers import Vertex, vertices
 from .paint import without_server
 from .parts import HIGH, WIDE, Drawn, length, number
 from .paths import path_of
-from .shapes import GEOMETRY, box_of
+from .shapes import box_of
 from .style import Styles, tag_of
 from .transforms import inside, scaled, shifted, turned, view_box
 from .viewport import PEN, Around, dashes, fonts_of, pen_of, placed_in, viewport
@@ -110,7 +110,7 @@ class _Document:
         if number(own.get("opacity"), 1.0) <= 0:
             return
         around = around._replace(
-            style=around.style | {name: own[name] for name in INHERITED & own.keys()},
+            style=around.style | _passed_on(own),
             fonts=fonts_of(own, around, element is self.root),
             # The outermost element is transformed with its viewport.
             matrix=around.matrix if element is self.root else placed_in(around, own),
@@ -172,8 +172,7 @@ class _Document:
         }
         if not markers:
             return
-        form = {name: own[name] for name in GEOMETRY & own.keys()}
-        for vertex in vertices(path_of(tag, form)):
+        for vertex in vertices(path_of(tag, own)):
             if vertex.kind in markers:
                 yield from self._marker(markers[vertex.kind], vertex, around)
 
@@ -221,8 +220,7 @@ class _Document:
         """The inherited properties in an element that is drawn where others refer to it."""
         style = dict[str, str]()
         for one in self.styles.path(element):
-            own = self.styles.stated(one)
-            style |= {name: own[name] for name in INHERITED & own.keys()}
+            style |= _passed_on(self.styles.stated(one))
         return style
 
     def _referred(self, value: str | None, tag: str) -> ElementTree.Element | None:
@@ -246,7 +244,7 @@ class _Document:
         # A symbol is a group with a viewport, whose size the use may state.
         stated = self._stated(used, around)
         stated |= {name: value for name, value in own.items() if name in ("width", "height")}
-        style = around.style | {name: stated[name] for name in INHERITED & stated.keys()}
+        style = around.style | _passed_on(stated)
         elements = (*around.elements, id(used))
         around = around._replace(style=style, elements=elements, matrix=placed_in(around, stated))
         inner = viewport(stated, around)
@@ -280,7 +278,7 @@ class _Document:
                 return []
             matrix = inside(matrix, np.stack([*np.diag(box[1] - box[0]), box[0]]))
         within = around._replace(
-            style={name: stated[name] for name in INHERITED & stated.keys()},
+            style=_passed_on(stated),
             matrix=matrix,
             clips=(),
             elements=(*around.elements, id(clip)),
@@ -338,6 +336,11 @@ class _Document:
         if element is None or tag_of(element) not in SERVERS:
             return False
         return len(element) > 0 or any(name.rpartition("}")[2] == "href" for name in element.attrib)
+
+
+def _passed_on(own: Mapping[str, str]) -> dict[str, str]:
+    """The properties of an element that those in it inherit."""
+    return {name: own[name] for name in INHERITED & own.keys()}
 
 
 def _by_view(value: str, outermost: bool) -> str:
