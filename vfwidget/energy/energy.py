@@ -302,6 +302,8 @@ class Energy:
         """
         if self._only_axes and self._compiled is not None:
             return self._constant + self._compiled.evaluate(x)[0]
+        if self.row_count == 0:
+            return self._constant
         place = self.unknowns.place(x)
         parts = [rows.residual(place) for rows in self._others]
         self._check_sizes(parts)
@@ -331,6 +333,8 @@ class Energy:
         """Derivative of the residuals by the free unknowns, (r, N)."""
         if self._only_axes and self._compiled is not None:
             return self._compiled.evaluate(x)[1]
+        if self.row_count == 0:
+            return np.zeros((0, len(x)))
         place, slices = self.unknowns.place(x), self.unknowns.slices
         parts = [rows.jacobian(place, slices) for rows in self._others]
         self._check_sizes(parts, derivative=True)

@@ -228,12 +228,10 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
     # (4, 2, 2, Q): coefficients of x and y of the first and the second arc.
     both = [take(side, pairs.reshape(-1)).reshape(4, 2, -1) for side in (lines.x, lines.y)]
     cubics = stacked(both).swapaxes(0, 1)
-    middle = (height[0] + height[1]) / 2
-    slack = (height[1] - height[0]) * (0.5 + 1e-9) + resolution
     for rounds in range(NEWTON + 1):
         place = evaluate(cubics, t)
         away = place[:, 1] - place[:, 0]
-        met = (abs(away).sum(0) <= resolution) & (abs(place[1, 0] - middle) <= slack)
+        met = abs(away[0]) + abs(away[1]) <= resolution
         if rounds == NEWTON or met.all():
             break
         along = evaluate_slope(cubics, t)
@@ -242,7 +240,9 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
         turn = along[0, 0] * along[1, 1] - along[0, 1] * along[1, 0]
         step = stacked([across[1], across[0]]) / turn
         t = t + xp.where(xp.isfinite(step), step, 0.0)
-    rest = where_true(~met)
+    middle = (height[0] + height[1]) / 2
+    slack = (height[1] - height[0]) * (0.5 + 1e-9) + resolution
+    rest = where_true(~(met & (abs(place[1, 0] - middle) <= slack)))
     if len(rest):
         some = Changes(*(take(values, rest) for values in changes))
         t[:, rest] = _enclose(lines, some, resolution)

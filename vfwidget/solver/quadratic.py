@@ -148,7 +148,8 @@ class LowRankQuadratic(NamedTuple):
         """The step from d to the minimiser over the free variables, and the slope after it."""
         at = (free & self.moving).nonzero()[0]
         rows, rest = self.residual + self.jacobian.dot(d), self.linear + self.diagonal * d
-        of_free = self._replace(jacobian=self.jacobian.take(at, 1), diagonal=self.diagonal.take(at))
+        own, diagonal = self.jacobian.take(at, 1), self.diagonal.take(at)
+        of_free = LowRankQuadratic(own, self.residual, diagonal, self.linear, self.graded)
         step = np.where(free, -rest / self.diagonal, 0.0)
         step[at], rows = of_free._solve(rows, rest.take(at))
         after = self._gradient(rows, abs(rows), rest + self.diagonal * step)

@@ -134,11 +134,16 @@ class Composition:
         row joins the letters of the string in another way than the row of the default does, the
         letter takes its glyph from the latter.
         """
-        if len(self.settings.rows) == 1:
-            return self.word((0,) * len(theta))
+        if self._only_word is not None:
+            return self._only_word
         if self.font.moves_axes:
             return self._word_at(to_array(self.font.final_coordinates(theta)))
         return self._setting_at(theta).word
+
+    @cached_property
+    def _only_word(self) -> Word | None:
+        """The word, if the design space has one setting; else None."""
+        return self.word((0,) * self.parameters) if len(self.settings.rows) == 1 else None
 
     def bounds_at(self, theta: Array) -> tuple[Array, Array]:
         """The least and the greatest Θ of a box around Θ in which the word is that at Θ.

@@ -138,7 +138,9 @@ class Unknowns:
     def _take(self, blocks: Mapping[str, Block]) -> None:
         self._blocks = blocks
         free = [blocks[name].with_bounds for name in self.slices]
-        self.start, self.lower, self.upper = map(_joined, zip(*free, strict=True))
+        # Mostly there is one block, and a drag comes here at every event.
+        parts = free[0] if len(free) == 1 else map(_joined, zip(*free, strict=True))
+        self.start, self.lower, self.upper = [part.ravel() for part in parts]
 
     def is_only(self, name: str) -> bool:
         """Whether this block is the only free one."""
@@ -151,7 +153,10 @@ class Unknowns:
 
     def place(self, x: Array) -> dict[str, Array]:
         """The values of all blocks where the free ones are x (N,)."""
-        return {name: self.value(name, x) for name in self._blocks}
+        place = {name: block.value for name, block in self._blocks.items()}
+        for name, part in self.slices.items():
+            place[name] = x[part].reshape(place[name].shape)
+        return place
 
     def flat(self, values: Mapping[str, Array]) -> Array:
         """A number for each free unknown, (N,), from arrays by block; 0 in blocks left out.

@@ -173,11 +173,13 @@ class AffinePoints(PointSet):
         *batch, _, m, q = columns.shape
         block = max(1, PRODUCTS // max(1, 2 * m * q))
         # One product of matrices for many points is many times as quick as one for each.
-        cuts = [
-            (at, min(at + block, end), k)
-            for begin, end, k in self._runs
-            for at in range(begin, max(end, 1), block)
-        ]
+        cuts = self._runs
+        if block < len(deltas):
+            cuts = [
+                (at, min(at + block, end), k)
+                for begin, end, k in self._runs
+                for at in range(begin, end, block)
+            ]
         parts = [deltas[a:b].reshape(2 * (b - a), m) @ columns[..., k, :, :] for a, b, k in cuts]
         moved = parts[0] if len(parts) == 1 else namespace(columns).concatenate(parts, -2)
         return moved.reshape(*batch, len(deltas), 2, q)
