@@ -102,6 +102,11 @@ def test_what_is_no_variable_font_is_refused(source, message, tmp_path):
         vf.load_font(source)
 
 
+def test_a_font_made_from_a_name_says_how_to_load_it():
+    with pytest.raises(vf.FontError, match=r"not str; vf\.load_font"):
+        vf.Font("recursive")
+
+
 class Handler(http.server.BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         sizes = {

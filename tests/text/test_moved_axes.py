@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import fonts
+import formats
 import numpy as np
 import pytest
+import torch
 import variation_tables
 from referee import HarfBuzz
 
@@ -54,6 +56,18 @@ def test_the_glyph_is_the_same_in_the_whole_box(font: vf.Font) -> None:
             assert text.moved(w[None]).word is here.word
         sizes.append(np.prod(high - low) / np.prod(upper - lower))
     assert np.mean(sizes) > 0.2
+
+
+@formats.needs_conformance
+def test_where_final_coordinates_are_clamped_the_derivative_is_that_into_the_range() -> None:
+    text, step = vf.Text(formats.CONFORMANCE / "formats" / "avar2checker.ttf", "BAB"), 1e-6
+    for theta in np.stack(np.meshgrid([0, 0.4, 1], [0, 0.3, 1]), -1).reshape(-1, 1, 2):
+        here, jacobian = text.points(theta), text.jacobian(theta)
+        for axis in range(2):
+            side = -step if theta[0, axis] >= 1 else step
+            there = theta + side * np.eye(2)[axis]
+            slope = (text.points(there) - here) / side
+            torch.testing.assert_close(jacobian[:, :, 0, axis], slope, rtol=1e-6, atol=1e-4)
 
 
 def test_a_solve_crosses_and_ends_with_the_glyph_of_its_location(font: vf.Font) -> None:

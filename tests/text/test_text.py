@@ -96,6 +96,20 @@ def test_jacobian_is_what_autograd_finds(name, shared):
         torch.testing.assert_close(jacobian, autograd, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize("name", FONTS)
+def test_at_the_upper_end_of_an_axis_the_derivative_is_that_into_its_range(name):
+    """The default of many axes, such as slant, is their maximum."""
+    text, step = vf.Text(name, "gä"), 1e-6
+    upper = text.font.bounds[1]
+    for theta in text.theta.numpy(), upper[None], np.where(upper > 0, 0.5, 0.0)[None]:
+        here, jacobian = text.points(theta), text.jacobian(theta)
+        for axis in range(len(upper)):
+            side = -step if theta[0, axis] >= upper[axis] else step
+            there = theta + side * np.eye(len(upper))[axis]
+            slope = (text.points(there) - here) / side
+            torch.testing.assert_close(jacobian[:, :, 0, axis], slope, rtol=1e-6, atol=1e-6)
+
+
 def test_an_advance_of_zero_may_grow_and_one_held_at_zero_may_not():
     deltas = [*[(0, 0)] * 5, (250, 0), (0, 0), (0, 0)]
     glyphs = {name: fonts.outline(fonts.SQUARE) for name in "ab"}

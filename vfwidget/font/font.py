@@ -33,7 +33,7 @@ from .reader import GlyphReader, layers_later
 from .settings import Settings, read_conditions
 from .shaping import ShapedRow, Shaper
 from .shaping_options import ShapingOptions, check_options
-from .source import FontSource, damage, font_bytes, open_font
+from .source import FontSource, damage, font_bytes, open_font, opened
 
 if TYPE_CHECKING:
     import torch
@@ -101,12 +101,12 @@ class Font(DesignSpace):
     """
 
     def __init__(self, ttfont: TTFont, index: int = 0, static: bool = False) -> None:
+        self._ttfont = opened(ttfont)
         self._index, self._static = index, static
         # fontTools reads a table when it is first asked for: in one thread at a time.
         self._reading = RLock()
         with damage("The font file is damaged or truncated"):
             self._read(ttfont, static)
-        self._ttfont = ttfont
         self._glyphs: GlyphCache[Glyph] = GlyphCache()
         self._drawings = Drawings()
 

@@ -78,6 +78,21 @@ def open_font(source: FontSource, index: int = 0) -> TTFont:
     return font
 
 
+def opened(font: object) -> TTFont:
+    """The font, if it is one that fontTools has opened.
+
+    Raises
+    ------
+    FontError
+    """
+    if not isinstance(font, TTFont):
+        raise FontError(
+            f"Font(…) takes an open fontTools TTFont, not {type(font).__name__}; "
+            "vf.load_font(…) loads a font by its name or path, or from its bytes."
+        )
+    return font
+
+
 def _check_glyph_count(font: TTFont) -> None:
     """A table of the longer format can state 16 million glyphs, which take GiBs to be named."""
     if "MAXP" not in font:

@@ -12,6 +12,9 @@ from ..arrays import Array, BoolArray, like, namespace, padded_table
 from .variation import ON_KINK
 from .varying import Affine, Varying
 
+ROUNDING = 1e-12
+"""How close a coordinate counts as having reached -1 or 1."""
+
 
 class Coordinates(Varying):
     """Coordinates (n',) that follow from others (n,)."""
@@ -66,9 +69,13 @@ class Displaced(Coordinates):
         """See :meth:`Varying.value_and_jacobian`."""
         displacement, slopes = self.displacement.value_and_jacobian(w, toward)
         free = w + displacement
-        inside = (free >= -1) & (free <= 1)
         jacobian = slopes + like(np.eye(self.axis_count), w)
-        return free.clip(-1, 1), jacobian * inside[..., None]
+        # At a limit, coordinates stay where they are if an axis moves them outwards.
+        moves = jacobian * _sides(w, toward)[..., None, :]
+        below, above = (free < 1 - ROUNDING)[..., None], (free > ROUNDING - 1)[..., None]
+        inside = (below | (moves < 0)) & (above | (moves > 0))
+        inside &= (abs(free) < 1 + ROUNDING)[..., None]
+        return free.clip(-1, 1), jacobian * inside
 
 
 class Composed(Varying):
@@ -121,7 +128,7 @@ class Composed(Varying):
         """See :meth:`Varying.value_and_jacobian`."""
         v, inner = self.inner.value_and_jacobian(w, toward)
         # Each column is one way to move; a negative toward means the opposite way.
-        moves = inner if toward is None else inner * namespace(w).sign(toward)[..., None, :]
+        moves = inner * _sides(w, toward)[..., None, :]
         value, outer = self.outer.value_and_jacobian(v)
         if _surely_none((moves < 0) & self._on_kink(v)[..., None]):
             columns = outer.reshape((*outer.shape[: v.ndim - 1], -1, v.shape[-1])) @ inner
@@ -139,6 +146,12 @@ class Composed(Varying):
     @cached_property
     def _kinks(self) -> Array:
         return padded_table(self.outer.breakpoints)
+
+
+def _sides(w: Any, toward: Any) -> Any:
+    """1 or -1 for each coordinate (..., n), the side to which the derivative is taken."""
+    xp = namespace(w)
+    return xp.where(w >= 1, -1.0, 1.0) if toward is None else xp.sign(like(toward, w))
 
 
 def _surely_none(mask: Any) -> bool:

@@ -13,8 +13,9 @@ interpolation of instance values), which differs from the paper's printed :math:
 ``w = peak = end``: there OpenType says 1.
 
 The map has *kinks* at every start, peak and end. Derivatives are taken from the right,
-except at the upper end of the axis (w = 1), where only the left exists. The solver obtains the
-other one-sided derivative by evaluating at an offset of 1e-8 to the left.
+except at the upper end of the axis, where only the left exists. That is w = 1, or w = 0 for an axis
+whose default is its maximum. The solver obtains the other one-sided derivative by evaluating at an
+offset of 1e-8 to the left.
 """
 
 from __future__ import annotations
@@ -94,14 +95,17 @@ class Slots:
         # Where a line begins to hold. On a kink it is the one to the right; at the upper end of
         # the axis, where there is nothing to the right, it is the one to the left.
         top = 1.0 if upper is None else upper[axis]
-        self._start = np.where(used, start - ON_KINK, -np.inf)
-        self._start = np.where(used & (start >= top) & ~starts_at_peak, np.inf, self._start)
-        self._peak = np.where(used & (peak < top), peak - ON_KINK, np.inf)
-        self._end = np.where(used & (end < top), end - ON_KINK, np.inf)
+        before, peak_begins, after = (
+            side + np.where(side == top, ON_KINK, -ON_KINK) for side in (start, peak, end)
+        )
         # A support that ends (or starts) at its peak drops from 1 to 0 there, but is 1 at the
         # peak itself: its line holds until just beyond it.
-        self._peak = np.where(ends_at_peak, np.inf, np.where(starts_at_peak, -np.inf, self._peak))
-        self._end = np.where(ends_at_peak & (end < top), end + ON_KINK, self._end)
+        before = np.where(starts_at_peak, start - ON_KINK, before)
+        after = np.where(ends_at_peak, end + ON_KINK, after)
+        peak_begins = np.where(starts_at_peak, -np.inf, peak_begins)
+        self._start = np.where(used, before, -np.inf)
+        self._peak = np.where(used & ~ends_at_peak, peak_begins, np.inf)
+        self._end = np.where(used, after, np.inf)
         q = axis.shape[1]
         # The other slots of each slot, (q, q - 1).
         self._others = np.nonzero(~np.eye(q, dtype=bool))[1].reshape(q, q - 1)
@@ -200,9 +204,11 @@ class Regions(Slots):
     ----------
     support : (m, n, 3) array or tensor
         start, peak, end of each delta set on each axis, in normalized coordinates.
+    upper : (n,) array, optional
+        As for :class:`Slots`.
     """
 
-    def __init__(self, support: ArrayLike) -> None:
+    def __init__(self, support: ArrayLike, upper: Array | None = None) -> None:
         self.support = to_array(support)
         n = self.support.shape[1]
         start, peak, end = np.moveaxis(self.support, -1, 0)
@@ -213,7 +219,7 @@ class Regions(Slots):
         axis = np.pad(axis, ((0, 0), (0, q - axis.shape[1])))
         used = np.arange(q) < takes_part.sum(1)[:, None]
         sides = [np.take_along_axis(side, axis, 1) for side in (start, peak, end)]
-        super().__init__(axis, used, np.stack(sides, -1))
+        super().__init__(axis, used, np.stack(sides, -1), upper)
         self.one_hot = (used[..., None] & (axis[..., None] == np.arange(n))).astype(float)
         """1 where a slot belongs to an axis, (m, q, n)."""
         self.breakpoints = self.kinks(n)

@@ -233,10 +233,13 @@ class BlendedPoints(PointSet):
 
     def _set_and_jacobian(self, theta: Any) -> tuple[Any, Any]:
         xp, word = namespace(theta), self.word
+        sides = word.sides(theta)
         outlines, widths = zip(
             *(
-                (glyph.outline.value_and_jacobian(w), glyph.advance_width.value_and_jacobian(w))
-                for glyph, w in word.letters(theta)
+                [one.value_and_jacobian(w, side) for one in (glyph.outline, glyph.advance_width)]
+                for (glyph, w), (_, side) in zip(
+                    word.letters(theta), word.letters(sides), strict=True
+                )
             ),
             strict=True,
         )
@@ -244,7 +247,7 @@ class BlendedPoints(PointSet):
         outline_slopes = xp.concatenate([slope for _, slope in outlines], -3)
         advances = xp.stack([value for value, _ in widths], -1)
         turns = xp.stack([slope for _, slope in widths], -2) * (advances >= 0)[..., None]
-        gamma, slopes = word.scalars.value_and_jacobian(theta)
+        gamma, slopes = word.scalars.value_and_jacobian(theta, sides)
         position = self._blend(values, word.origins.value(gamma, advances.clip(0)))
         own = like(self.weights, theta)[..., None, None] * outline_slopes[..., self.index, :, :]
         turns = by_letter(turns, word.shared)

@@ -296,7 +296,10 @@ class Text(Exports):
         return self.positions(self.point_set(), self._tensor(theta))
 
     def jacobian(self, theta: ArrayLike | None = None) -> torch.Tensor:
-        """Derivative of :meth:`points` by Θ, (K, 2, 1, n) or (K, 2, l, n), in closed form."""
+        """Derivative of :meth:`points` by Θ, (K, 2, 1, n) or (K, 2, l, n), in closed form.
+
+        On a kink it is the one to the right, and at the upper end of an axis the one to the left.
+        """
         return self.positions_and_jacobian(self.point_set(), self._tensor(theta))[1]
 
     def segments(self, theta: ArrayLike | None = None) -> list[torch.Tensor]:

@@ -76,7 +76,7 @@ class Word:
             affine = [glyph.affine for glyph in self.glyphs]
             supports += [g.support for g in affine] + [g.advance_support for g in affine]
         support, indices = merge_regions(supports)
-        self.regions = Regions(support)
+        self.regions = Regions(support, self.font.bounds[1])
         m = len(support)
         self.scalars = self.font.over_axes(Affine(np.zeros(m), np.eye(m), support))
         count = len(layouts)
@@ -199,6 +199,14 @@ class Word:
         """Each glyph with its own coordinates (..., n)."""
         for i, glyph in enumerate(self.glyphs):
             yield glyph, theta[..., 0 if self.shared else i, :]
+
+    def sides(self, theta: Any) -> Any:
+        """The side of each axis to which derivatives are taken, in the shape of Θ.
+
+        It is 1, and -1 at the upper end of an axis.
+        """
+        upper = like(self.font.bounds[1], theta)
+        return namespace(theta).where(theta >= upper, -1.0, 1.0)
 
     @cached_property
     def outline(self) -> PointSet:
