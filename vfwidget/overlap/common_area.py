@@ -146,10 +146,9 @@ def _nearby(first: Array, second: Array, gap: float) -> IntArray:
     j = order[at]
     one, other = first[i], second[j]
     near = (one[:, 0] - gap < other[:, 1]) & (other[:, 0] - gap < one[:, 1])
-    near = near.all(1).nonzero()[0]
-    i, j = i[near], j[near]
-    order = np.lexsort((j, i))
-    return np.array([i[order], j[order]]).T
+    number = (i * len(second) + j)[near.all(1)]
+    number.sort()
+    return np.array(np.divmod(number, len(second))).T
 
 
 def common_area(pairs: list[tuple[Shape, Shape]]) -> Common:

@@ -139,20 +139,25 @@ class Model(NamedTuple):
     walls: Walls
     own: Walls
 
-    def bound(self) -> Array:
-        """The minimum (N,) under the inequalities of the last look, without cell and clearances."""
-        walls = self.own._replace(offsets=self.own.offsets - self.own.clearances)
-        return self._replace(lower=self.least, upper=self.most, walls=walls).minimum()
+    def bound(self, near: Array) -> Array:
+        """The minimum (N,) under the inequalities of the last look, without cell and clearances.
 
-    def minimum(self) -> Array:
+        It is searched from a state (N,) near it.
+        """
+        walls = self.own._replace(offsets=self.own.offsets - self.own.clearances)
+        return self._replace(lower=self.least, upper=self.most, walls=walls).minimum(near)
+
+    def minimum(self, near: Array | None = None) -> Array:
         """The minimum (N,).
 
         It is found by Newton's method, on a convex function that is quadratic as long as no
-        inequality changes from met to broken.
+        inequality changes from met to broken. A state ``near`` it saves most of the first step.
         """
+        offsets = self.walls.offsets + self.walls.margins
+        # Those that an earlier step has just met count as met.
+        x, broken = self.x, self.walls.slopes @ self.x + offsets > CLEAR[0]
         root = math.sqrt(WALL)
-        slopes = root * self.walls.slopes
-        offsets = root * (self.walls.offsets + self.walls.margins)
+        slopes, offsets = root * self.walls.slopes, root * offsets
         held = np.maximum(self.weights, LEAST_WEIGHT)
 
         def cost(x: Array) -> float:
@@ -161,8 +166,6 @@ class Model(NamedTuple):
             away = self.weights @ (x - self.reference) ** 2
             return float(rows @ rows + beyond @ beyond + away)
 
-        # Those that an earlier step has just met count as met.
-        x, broken = self.x, self.walls.beyond(self.x) > CLEAR[0]
         for _ in range(STEPS):
             quadratic = LowRankQuadratic(
                 np.concatenate([self.jacobian, slopes[broken]]),
@@ -172,7 +175,9 @@ class Model(NamedTuple):
                 # Only the rows of the energy differ from the inequalities by orders of magnitude.
                 graded=len(self.jacobian) > 0,
             )
-            end = x + minimise_over_box(quadratic, self.lower - x, self.upper - x)[0]
+            low, high = self.lower - x, self.upper - x
+            start = None if near is None else between(near - x, low, high)
+            end = x + minimise_over_box(quadratic, low, high, start)[0]
             if (broken == (slopes @ end + offsets > 0)).all():
                 x = end
                 break

@@ -19,7 +19,7 @@ from ..solver.problem import is_number
 from ..text import Text
 from ..text.colours import as_drawn
 from ..text.memo import Memo
-from ..text.points import PointSet
+from ..text.points import PointSet, RememberedPoints
 from .collisions import Collisions, collisions
 from .overlaps import TOUCH
 from .planes import Planes, find_planes
@@ -64,6 +64,7 @@ class NoOverlap(Term):
     _shapes: tuple[Shape, ...] = field(default=(), repr=False)
     _text: Any = field(default=None, repr=False)
     _planes: Planes | None = field(default=None, repr=False)
+    _points: Any = field(default=None, repr=False, compare=False)
     _latest: Memo[Collisions] = field(default_factory=lambda: Memo(KEPT), repr=False, compare=False)
 
     @property
@@ -87,7 +88,9 @@ class NoOverlap(Term):
         shapes = tuple(read_obstacles(self.obstacles))
         if not (shapes or self.between_glyphs):
             raise OverlapError("NoOverlap needs obstacles, or between_glyphs=True.")
-        return replace(self, _shapes=shapes, _text=as_drawn(text), _latest=Memo(KEPT))
+        drawn = as_drawn(text)
+        points = RememberedPoints(drawn.point_set(), KEPT)
+        return replace(self, _shapes=shapes, _text=drawn, _points=points, _latest=Memo(KEPT))
 
     @property
     def shapes(self) -> tuple[Shape, ...]:
@@ -102,7 +105,8 @@ class NoOverlap(Term):
 
     def points(self, text: Text) -> PointSet:
         """All control points of the outlines that are visible."""
-        return as_drawn(text).point_set()
+        points: PointSet | None = self._points
+        return as_drawn(text).point_set() if points is None else points
 
     def locate(self, text: Text) -> Rows | None:
         """The residual with the planes that are found at ``text``."""

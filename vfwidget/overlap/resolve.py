@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from itertools import chain
 from typing import Any, cast
 
@@ -202,7 +202,8 @@ class _Search:
 
     def distance(self, x: Array) -> float:
         """How far x is from the user's state, in normalized coordinates."""
-        return float(np.linalg.norm(x - self.start))
+        away = x - self.start
+        return math.sqrt(away.dot(away))
 
     def excess(self, x: Array) -> float:
         """The common area at x, in square font units, with the squares of gaps not kept."""
@@ -235,8 +236,9 @@ class _Search:
 
     def ends_at(self, best: Array | None, model: Model) -> bool:
         """Whether no state much nearer than the best one is free, by a model from close by."""
-        close = model.own.margins.max(initial=0.0) < CLOSE
-        return close and self.no_nearer(model.bound(), best)
+        if best is None or model.own.margins.max(initial=0.0) >= CLOSE:
+            return False
+        return self.no_nearer(model.bound(best), best)
 
     def no_nearer(self, x: Array, best: Array | None) -> bool:
         """Whether x is about as far from the user's state as the best one, or farther."""
@@ -321,8 +323,8 @@ class _Search:
         # Planes may be met while a sliver is left between their points.
         free = look.excess <= FREE_AREA and look.area <= FREE_AREA
         ended = descend(self.push, x, TOLERANCES, 0)
-        state = replace(ended.state, outcome=SEARCHED)
-        found = solution_of(self.push, ended._replace(state=state, earlier=self.steps))
+        ended.state.outcome = SEARCHED
+        found = solution_of(self.push, ended._replace(earlier=self.steps))
         values = {field.name: getattr(found, field.name) for field in fields(found)}
         blocked = () if free else tuple(ends_reached(self.text, found.active))
         missed = [one.missed for one in found.terms[1:] if not one.met]

@@ -25,7 +25,7 @@ from .swept import Contact, first_contact
 BULGE = 0.5
 """The bulge of a lens of two curves, which is taken for every overlap until it is measured."""
 KEPT = 8
-"""States whose control points and overlaps are kept, because they are needed again."""
+"""States whose overlaps are kept, because they are needed again."""
 PLANES = -1
 """Stands for a pair in the inequalities of planes."""
 
@@ -69,11 +69,10 @@ class Room:
         # Colour glyphs have other outlines here than in the energy.
         self.energy, self.text, self.keep = energy, keep.text, keep
         self.proximity = energy.proximity
-        self.points = self.text.point_set()
-        self._positions: Memo[Array] = Memo(KEPT)
+        self.points = keep.points(self.text)
         self._looks: Memo[Look] = Memo(KEPT)
         counts = [sum(glyph.contours) for glyph in self.text.glyphs]
-        self.starts = np.cumsum([0, *counts[:-1]])
+        self.starts = np.array([0, *counts[:-1]]).cumsum()
 
     def calmed(self, x: Array, weight: float) -> Room:
         """The same room with a further pull of all axes to a state, in square font units."""
@@ -86,8 +85,7 @@ class Room:
 
     def positions(self, x: Array) -> Array:
         """All control points at a state, (K, 2)."""
-        place = self.energy.unknowns.place
-        return self._positions.get(x.tobytes(), lambda: np.asarray(self.points.positions(place(x))))
+        return np.asarray(self.points.positions(self.energy.unknowns.place(x)))
 
     def areas(self, *states: Array) -> Array:
         """The common area at each of several states (N,), in square font units."""

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, BoolArray, IntArray, like, namespace, rotation_matrices, rows_of
+from .memo import Memo
 from .origins import RIGHT
 from .place import AXES, OFFSETS, TRACKING
 
@@ -104,6 +105,41 @@ class PointSet(ABC):
 
     @abstractmethod
     def _set_and_jacobian(self, theta: Any) -> tuple[Any, Any]: ...
+
+
+class RememberedPoints(PointSet):
+    """Points whose latest positions are kept, because several callers ask for the same places.
+
+    Parameters
+    ----------
+    points : PointSet
+    most : int
+        How many places are kept.
+    """
+
+    def __init__(self, points: PointSet, most: int) -> None:
+        self.letter, self.origin, self.word = points.letter, points.origin, points.word
+        self._points = points
+        self._latest: Memo[Any] = Memo(most)
+
+    def positions(self, place: Values) -> Any:
+        """See :meth:`PointSet.positions`; ``place`` holds arrays."""
+        at = b"".join([place[name].tobytes() for name in (AXES, OFFSETS, TRACKING)])
+        return self._latest.get(at, lambda: self._points.positions(place))
+
+    def jacobian(self, place: Values) -> Any:
+        """See :meth:`PointSet.jacobian`."""
+        return self._points.jacobian(place)
+
+    def some(self, which: IntArray) -> PointSet:
+        """See :meth:`PointSet.some`."""
+        return self._points.some(which)
+
+    def _set(self, theta: Any) -> Any:
+        return self._points._set(theta)
+
+    def _set_and_jacobian(self, theta: Any) -> tuple[Any, Any]:
+        return self._points._set_and_jacobian(theta)
 
 
 @dataclass(frozen=True)
