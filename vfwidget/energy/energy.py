@@ -184,7 +184,7 @@ class Energy:
             raise AxisError(f"locks are tags of axes ({', '.join(tags)}); received {locks!r}.")
         return self._each([tag in locked for tag in tags])
 
-    @property
+    @cached_property
     def locked(self) -> BoolArray:
         """Which unknowns, (N,), are axes that are locked, or that have one value in the font.
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Array, holds_anywhere
 from ..errors import SolveError
 from .levenberg_marquardt import init, step
-from .linearize import OFFSET
+from .linearize import OFFSET, near_kinks
 from .problem import Kind, Problem, Requests, State, is_count
 from .renewal import Renewal
 from .status import OUT_OF_TIME, out_of_iterations
@@ -173,5 +173,8 @@ def active_bounds(problem: Problem, state: State, jacobian: Function) -> Array:
     else:
         # The slope within the bounds is the one that counts.
         inside = state.x + OFFSET * at_lower - OFFSET * at_upper
+        if problem.kinks is not None and near_kinks(problem, state.x) is None:
+            # It is the one at x, where the Jacobian may be known.
+            inside = state.x
         gradient = problem.half_gradient(state.residual, jacobian(inside), state.x)
     return (at_upper & (gradient < 0)).astype(int) - (at_lower & (gradient > 0))
