@@ -73,9 +73,9 @@ class Displaced(Coordinates):
         # At a limit, coordinates stay where they are if an axis moves them outwards.
         moves = jacobian * _sides(w, toward)[..., None, :]
         below, above = (free < 1 - ROUNDING)[..., None], (free > ROUNDING - 1)[..., None]
-        inside = (below | (moves < 0)) & (above | (moves > 0))
-        inside &= (abs(free) < 1 + ROUNDING)[..., None]
-        return free.clip(-1, 1), jacobian * inside
+        within = (abs(free) < 1 + ROUNDING)[..., None]
+        follows = within & (below | (moves < 0)) & (above | (moves > 0))
+        return free.clip(-1, 1), jacobian * follows
 
 
 class Composed(Varying):
