@@ -175,10 +175,14 @@ def _visible(shapes: Sequence[Drawn], placement: tuple[Array, Array]) -> list[Ar
     clips = {id(clip): clip for shape in shapes for clip in shape.clips}
     read = _read(shapes, placement)
     groups: dict[tuple[int, ...], list[Painted]] = {}
+    curves, count = list[Array](), 0
     for shape, path in read:
-        groups.setdefault(tuple(map(id, shape.clips)), []).extend(areas(shape, path))
-    curves = [c for group in groups.values() for area in group for c in area.contours]
-    check_curves(sum(map(len, curves)))
+        painted = list(areas(shape, path))
+        groups.setdefault(tuple(map(id, shape.clips)), []).extend(painted)
+        added = [contour for area in painted for contour in area.contours]
+        curves += added
+        count += sum(map(len, added))
+        check_curves(count)
     _check_size(curves, placement)
     windows: dict[int, list[Array]] = {}
     found = []

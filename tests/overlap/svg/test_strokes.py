@@ -120,3 +120,18 @@ def test_the_edges_of_a_curve_are_half_a_width_away():
         away = np.hypot(*(edge[:, None] - curve).transpose(2, 0, 1)).min(1)
         beside = edge[:, 1] < 149
         np.testing.assert_allclose(away[beside], 12, atol=0.05)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        f'<path d="M0 0{"c20 20 -10 20 10 0" * 2000}"/>',
+        f'<path d="{"M0 0c20 20 -10 20 10 0" * 2000}"/>',
+        '<path d="M0 0c20 20 -10 20 10 0"/>' * 2000,
+    ],
+    ids=["one path", "subpaths", "paths"],
+)
+def test_cusps_are_refused_when_the_limit_is_reached(body):
+    # Each cusp takes a while and has about 40 curves; they are not all computed before.
+    with pytest.raises(vf.OverlapError, match=r"at least 25,0\d\d curves"):
+        artwork(body)

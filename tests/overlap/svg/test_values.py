@@ -73,6 +73,13 @@ def test_a_dash_goes_on_over_the_end_of_a_closed_path():
         (",M0 0H10V10", 0),
         ("M0. 0H10V10", 0),
         ("M0 0H10V10" + "z" * 20_000, 50),
+        # Numbers have the range of single precision.
+        ("M0 0H10V10A1e200 5 0 0 1 0 50", 50),
+        ("M0 0H10V10L1e39 50", 50),
+        ("M0 0H10V10A1e-200 5 0 0 1 0 50Z", 300),
+        ("M0 0H10V10a5 5 0 0 1 1e-200 0V50L0 50Z", 500),
+        ("M0 0H10V10A1e30 1e30 0 0 1 0 50Z", 300),
+        ("M0 0H10V10A1e36 1e-3 90 0 1 10 50L0 50", 500),
     ],
 )
 def test_paths_as_in_browsers(path, want):

@@ -23,6 +23,11 @@ FLAG = re.compile(r"[01]")
 COMMAND = re.compile(r"\s*([MmZzLlHhVvCcSsQqTtAa])\s*")
 COUNTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}
 """How many numbers a command takes; more of them repeat it."""
+LARGEST, LEAST = float(np.finfo(np.float32).max), float(np.finfo(np.float32).smallest_subnormal)
+"""Browsers read no larger numbers, so a path ends before them; smaller ones are 0."""
+FLAT = 1e-7
+"""An arc is straight if half its chord is shorter, by the size of its radius: its height above the
+chord is a quarter of that."""
 QUARTER = math.pi / 2
 ROUNDING = 1e-9
 """Sides of a rectangle that are shorter, by its size, are no sides."""
@@ -96,7 +101,7 @@ def _through(points: Sequence[Sequence[float]], closed: bool) -> list[Step]:
 def _polygon(source: str, closed: bool) -> list[Step]:
     """A polygon or a row of lines through points, up to the first error."""
     numbers, place = list[float](), len(source) - len(source.lstrip())
-    while (found := NUMBER.match(source, place)) and math.isfinite(float(found[0])):
+    while (found := NUMBER.match(source, place)) and abs(float(found[0])) <= LARGEST:
         numbers.append(float(found[0]))
         gap = COMMA.match(source, found.end())
         place = gap.end() if gap else found.end()
@@ -207,10 +212,11 @@ def _numbers(source: str, place: int, letter: str) -> tuple[list[str] | None, in
             place = gap.end() if gap else place
         pattern = FLAG if letter in "Aa" and i in (3, 4) else NUMBER
         part = pattern.match(source, place)
-        if not part or not math.isfinite(float(part[0])):
+        if not part or abs(float(part[0])) > LARGEST:
             return None, place
+        text = part[0] if abs(float(part[0])) >= LEAST else "0"
         # The library refuses radii below zero, of which the size counts.
-        found.append(part[0].lstrip("-") if letter in "Aa" and i < 2 else part[0])
+        found.append(text.lstrip("-") if letter in "Aa" and i < 2 else text)
         place = part.end()
     return found, place
 
@@ -228,6 +234,8 @@ def _arc(
     # In units of the radii the ellipse is a circle of radius 1.
     away = axes @ half / [rx, ry]
     square = float(away @ away)
+    if square < FLAT**2 and (not large or not square):
+        return [chord(start, end)]
     if square > 1:
         rx, ry, away, square = (
             rx * math.sqrt(square),

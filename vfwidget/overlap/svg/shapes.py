@@ -96,10 +96,13 @@ def areas(shape: Drawn, path: Outline) -> Iterator[Painted]:
         return
     # The width of this stroke is that of the document, whatever the transforms.
     still = "non-scaling-stroke" in shape.style.get("vector-effect", "")
-    bars = []
+    bars, count = list[Array](), 0
     for segments, closed in path.subpaths:
-        pieces = stroked(path.placed(segments) if still else segments, closed, pen)
-        bars += pieces if still else [path.placed(piece) for piece in pieces]
+        for piece in stroked(path.placed(segments) if still else segments, closed, pen):
+            bars.append(piece if still else path.placed(piece))
+            # A cusp takes long and has many curves, so they are counted one by one.
+            count += len(piece)
+            check_curves(count)
     if bars:
         yield Painted(bars, False)
 

@@ -6,7 +6,7 @@ All contours of a stroke have one direction, so that together they are filled no
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -67,26 +67,25 @@ class Pen(NamedTuple):
     offset: float = 0.0
 
 
-def stroked(segments: Array, closed: bool, pen: Pen) -> list[Array]:
+def stroked(segments: Array, closed: bool, pen: Pen) -> Iterator[Array]:
     """The contours of the stroke of a path (s, 4, 2)."""
     long = _with_length(segments)
     half = pen.width / 2
     if not len(long):
-        return _dot(segments[0, 0], half, pen.cap)
+        yield from _dot(segments[0, 0], half, pen.cap)
+        return
     if closed and not np.array_equal(long[-1, 3], long[0, 0]):
         long = np.concatenate([long, chord(long[-1, 3], long[0, 0])[None]])
-    contours = []
     for line in _dashed(long, closed, pen) if pen.dashes else [long]:
         whole, start = closed and line is long, line[0, 0]
         line = _gentle(_with_length(line))
         if not len(line):
-            contours += _dot(start, half, pen.cap)
+            yield from _dot(start, half, pen.cap)
             continue
-        contours += _bars(line, whole, pen)
+        yield from _bars(line, whole, pen)
         if not whole:
-            contours += _cap(line[0, 0], -_direction(line[0], 0), half, pen.cap)
-            contours += _cap(line[-1, 3], _direction(line[-1], 1), half, pen.cap)
-    return contours
+            yield from _cap(line[0, 0], -_direction(line[0], 0), half, pen.cap)
+            yield from _cap(line[-1, 3], _direction(line[-1], 1), half, pen.cap)
 
 
 def _with_length(segments: Array) -> Array:
@@ -113,31 +112,31 @@ def _gentle(segments: Array) -> Array:
     return np.array(found).reshape(-1, 4, 2)
 
 
-def _bars(line: Array, closed: bool, pen: Pen) -> list[Array]:
+def _bars(line: Array, closed: bool, pen: Pen) -> Iterator[Array]:
     """The strips along the segments of a path (s, 4, 2), and the joins between them."""
     half = pen.width / 2
     edges, folded = zip(*(_edges(cubic, half) for cubic in line), strict=True)
-    contours, run = list[Array](), list[Edges]()
+    run = list[Edges]()
     followers = [*line[1:], *(line[:1] if closed else [])]
     pairs = list(zip(line, followers, strict=False))
     smooth = [_is_smooth(*pair) for pair in pairs]
     if closed and all(smooth) and not any(folded):
-        return _ring(edges)
+        yield from _ring(edges)
+        return
     for pair, goes_on in zip(pairs, smooth, strict=True):
-        contours += [] if goes_on else _join(*pair, pen)
+        yield from [] if goes_on else _join(*pair, pen)
     # In a closed path, the first strip is one after a corner.
     first = smooth.index(False) + 1 if closed and False in smooth else 0
     order = np.roll(np.arange(len(line)), -first).tolist()
     for i in order:
         if folded[i]:
-            contours += _folded(edges[i])
+            yield from _folded(edges[i])
             continue
         run.append(edges[i])
         following = (i + 1) % len(line)
         if i >= len(smooth) or not smooth[i] or folded[following] or i == order[-1]:
-            contours.append(_strip(run))
+            yield _strip(run)
             run = []
-    return contours
 
 
 def count_dashes(segments: Array, pen: Pen) -> int:
