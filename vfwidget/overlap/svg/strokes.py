@@ -115,7 +115,8 @@ def _gentle(segments: Array) -> Array:
 def _bars(line: Array, closed: bool, pen: Pen) -> Iterator[Array]:
     """The strips along the segments of a path (s, 4, 2), and the joins between them."""
     half = pen.width / 2
-    edges, folded = zip(*(_edges(cubic, half) for cubic in line), strict=True)
+    edges, turns = zip(*(_edges(cubic, half) for cubic in line), strict=True)
+    folded = [bool(one.any()) for one in turns]
     run = list[Edges]()
     followers = [*line[1:], *(line[:1] if closed else [])]
     pairs = list(zip(line, followers, strict=False))
@@ -130,7 +131,7 @@ def _bars(line: Array, closed: bool, pen: Pen) -> Iterator[Array]:
     order = np.roll(np.arange(len(line)), -first).tolist()
     for i in order:
         if folded[i]:
-            yield from _folded(edges[i])
+            yield from _folded(edges[i], turns[i])
             continue
         run.append(edges[i])
         following = (i + 1) % len(line)
@@ -161,13 +162,13 @@ Edges = tuple[Array, Array]
 """The right and the left edge of a strip, cubics (e, 4, 2) in the direction of the path."""
 
 
-def _edges(cubic: Array, half: float) -> tuple[Edges, bool]:
-    """The edges of the strip along a cubic (4, 2), and whether one of them turns back."""
+def _edges(cubic: Array, half: float) -> tuple[Edges, Array]:
+    """The edges of the strip along a cubic (4, 2), and which cubics of them may turn back."""
     thirds = (2 * cubic[[0, 3]] + cubic[[3, 0]]) / 3
     if np.allclose(cubic[1:3], thirds, rtol=0, atol=STRAIGHT * np.ptp(cubic, 0).max()):
         right = half * _direction(cubic, 0) @ QUARTER
         one, other = (chord(cubic[0] + side, cubic[3] + side)[None] for side in (right, -right))
-        return (one, other), False
+        return (one, other), np.zeros(1, dtype=bool)
     t = np.linspace(0, 1, STEPS + 1)
     sides = np.diff(cubic, axis=0)
     middle, slope = bernstein(t).T @ cubic, 3 * _quadratic(t).T @ sides
@@ -180,17 +181,18 @@ def _edges(cubic: Array, half: float) -> tuple[Edges, bool]:
     # An edge is longer or shorter than the middle where the curve is bent.
     turn = half * _cross(along, bend)[:, None] / np.where(speed > 0, speed, np.inf) ** 2
     one, other = (_smooth(middle + s * right, slope * (1 + s * turn)) for s in (1, -1))
-    return (one, other), bool(abs(turn).max() >= 1 or not speed[1:-1].min() > 0)
+    back = np.abs(turn[:, 0]) >= 1
+    back[1:-1] |= ~(speed[1:-1, 0] > 0)
+    return (one, other), back[:-1].reshape(-1, PER_CUBIC).any(1) | back[PER_CUBIC::PER_CUBIC]
 
 
-def _folded(edges: Edges) -> list[Array]:
-    """The strip between edges one of which turns back, so that parts of it run backwards."""
-    found = []
-    for right, left in zip(*edges, strict=True):
+def _folded(edges: Edges, turns: Array) -> Iterator[Array]:
+    """The strip between edges that turn back in some pieces, so that parts of it run backwards."""
+    for right, left, back in zip(*edges, turns, strict=True):
         piece = _strip([(right[None], left[None])])
         # Outlines without overlaps run the other way round.
-        found += [part[::-1, ::-1] for part in without_overlaps(piece, [len(piece)])]
-    return found
+        parts = without_overlaps(piece, [len(piece)]) if back else [piece[::-1, ::-1]]
+        yield from (part[::-1, ::-1] for part in parts)
 
 
 def _strip(edges: Sequence[Edges]) -> Array:
