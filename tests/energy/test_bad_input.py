@@ -191,6 +191,11 @@ def test_bad_terms_are_refused(text: vf.Text, handle: vf.Handle) -> None:
         (vf.Residual(lambda points: points, handle), "must be a sequence"),  # type: ignore[arg-type]
         (vf.Target(handle, "ab"), "A position is two finite numbers"),
         (vf.Distance(handle, handle, "x"), "A distance is a finite number"),  # type: ignore[arg-type]
+        (vf.Target(handle, (1e300, 0)), "A position .* none of them beyond 1e\\+12"),
+        (vf.Pin(handle, (0, -1e200)), "A position .* none of them beyond 1e\\+12"),
+        (vf.Distance(handle, handle, 1e300), "A distance .* from 0 to 1e\\+12"),
+        (vf.Width(1e300), "A width .* at most 1e\\+12"),
+        (vf.Area(1e300), "An area .* at most 1e\\+24"),
     ):
         with pytest.raises(vf.SolveError, match=says):
             vf.solve(text, term)

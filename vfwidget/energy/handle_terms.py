@@ -15,7 +15,7 @@ from ..errors import SolveError
 from ..solver.problem import is_number
 from ..text import Handle, Text
 from .rows import Derivative
-from .term import Term
+from .term import LARGEST, Term
 
 PIN_WEIGHT = 1e5
 """Pins outweigh targets, so that a target out of reach does not move the pinned points."""
@@ -73,8 +73,12 @@ class Target(Term):
             goal = to_array(position).copy()
         except (TypeError, ValueError):
             goal = np.zeros(0)
-        if goal.shape != (2,) or not all(map(math.isfinite, goal.tolist())):
-            raise SolveError(f"A position is two finite numbers (x, y), not {position!r}.")
+        x, y = goal.tolist() if goal.shape == (2,) else (math.nan, math.nan)
+        if not (-LARGEST <= x <= LARGEST and -LARGEST <= y <= LARGEST):
+            raise SolveError(
+                f"A position is two finite numbers (x, y), none of them beyond {LARGEST:g} font "
+                f"units; received {position!r:.200}."
+            )
         # dataclasses.replace takes several times as long, and a drag binds a goal at every event.
         bound = object.__new__(type(self))
         bound.__dict__.update(self.__dict__, position=goal)
@@ -246,8 +250,11 @@ class Distance(Term):
         if self.length is None:
             here = np.stack([to_array(text.position(h)) for h in self.handles])
             return replace(self, length=self._measure(here)[0])
-        if not (is_number(self.length) and 0 <= self.length < math.inf):
-            raise SolveError(f"A distance is a finite number ≥ 0, not {self.length!r}.")
+        if not (is_number(self.length) and 0 <= self.length <= LARGEST):
+            raise SolveError(
+                f"A distance is a finite number from 0 to {LARGEST:g} font units, not "
+                f"{self.length!r:.200}."
+            )
         return self
 
     def residual(self, points: Array, theta: Array) -> Array:

@@ -29,8 +29,8 @@ from .rows import Derivative, PointRows, Rows
 
 MET = 0.5
 """Font units: a goal that is missed by no more than this counts as met."""
-MOST_TOLERANCE = 1e12
-"""Font units beyond this have no meaning; use None for a term without a goal."""
+LARGEST = 1e12
+"""Font units beyond this have no meaning, in goals and in tolerances."""
 LEAST_WEIGHT, MOST_WEIGHT = 1e-200, 1e200
 """Beyond these weights the squares of a solve leave the range of floating-point numbers."""
 
@@ -261,7 +261,7 @@ def _check_numbers(weight: Any, tolerance: Any) -> None:
         raise SolveError(
             f"A weight must be between {LEAST_WEIGHT:g} and {MOST_WEIGHT:g}; received {weight!r}."
         )
-    if tolerance is not None and not (is_number(tolerance) and 0 <= tolerance <= MOST_TOLERANCE):
+    if tolerance is not None and not (is_number(tolerance) and 0 <= tolerance <= LARGEST):
         raise SolveError(
-            f"A tolerance is None or a number from 0 to {MOST_TOLERANCE:g}, not {tolerance!r:.200}."
+            f"A tolerance is None or a number from 0 to {LARGEST:g}, not {tolerance!r:.200}."
         )

@@ -21,7 +21,7 @@ from ..text.colours import as_drawn
 from ..text.place import AXES
 from ..text.points import PointSet
 from .rows import Derivative, Rows
-from .term import MET, Term
+from .term import LARGEST, MET, Term
 
 if TYPE_CHECKING:
     import torch
@@ -151,8 +151,11 @@ class Width(Term):
     affine: ClassVar[bool] = True
 
     def bind(self, text: Text) -> Term:
-        if not _is_finite(self.width):
-            raise SolveError(f"A width is a finite number of font units, not {self.width!r}.")
+        if not (_is_finite(self.width) and abs(self.width) <= LARGEST):
+            raise SolveError(
+                f"A width is a finite number of font units, at most {LARGEST:g}, not "
+                f"{self.width!r:.200}."
+            )
         return super().bind(text)
 
     def points(self, text: Text) -> PointSet:
@@ -197,8 +200,11 @@ class Area(Term):
         if self.area is None:
             curves, spans = bound._ink(to_array(drawn.points()))
             return replace(bound, area=float(areas(curves, spans).sum()))
-        if not (_is_finite(self.area) and self.area > 0):
-            raise SolveError(f"An area is a finite number > 0, not {self.area!r}.")
+        if not (_is_finite(self.area) and 0 < self.area <= LARGEST**2):
+            raise SolveError(
+                f"An area is a finite number > 0, at most {LARGEST**2:g} square font units, not "
+                f"{self.area!r:.200}."
+            )
         return bound
 
     def points(self, text: Text) -> PointSet:
