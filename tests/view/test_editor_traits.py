@@ -246,6 +246,8 @@ def test_the_saved_picture_follows_the_editor(monkeypatch: pytest.MonkeyPatch) -
         ([{"kind": "Collinear", "handles": 3}], "3 to 1000 points"),
         ([{"kind": "Width", "value": float("nan")}], "length ≥ 0"),
         ([{"kind": "Width"}], "length ≥ 0"),
+        ([{"kind": "Width", "value": 1e300}], "at most 1e\\+12 font units"),
+        ([{"kind": "Width", "value": 10**400}], "at most 1e\\+12 font units"),
         ([{"kind": "Width", "value": True}], "length ≥ 0"),
         ([{"kind": ["Width"]}], "A constraint is one of"),
         ([{"kind": {}}], "A constraint is one of"),

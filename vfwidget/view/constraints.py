@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from ..energy.handle_terms import PIN_WEIGHT, Collinear, Distance, SharedX, SharedY
-from ..energy.term import Term
+from ..energy.term import LARGEST, Term
 from ..energy.word_terms import Width
 from ..errors import SolveError
+from ..solver.problem import is_number
 from ..text import Handle, Text
 
 MOST = 1000
@@ -66,10 +66,12 @@ def _checked(constraint: Any, text: Text) -> dict[str, Any]:
 
 
 def _checked_length(kind: str, value: Any) -> float:
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        if math.isfinite(value) and value >= 0:
-            return float(value)
-    raise SolveError(f"The value of a {kind} is a length ≥ 0; received {value!r}.")
+    if is_number(value) and 0 <= value <= LARGEST:
+        return float(value)
+    raise SolveError(
+        f"The value of a {kind} is a length ≥ 0 of at most {LARGEST:g} font units; "
+        f"received {value!r:.200}."
+    )
 
 
 def _checked_place(handle: Any, text: Text) -> list[Any]:
