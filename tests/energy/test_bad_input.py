@@ -137,7 +137,7 @@ def test_a_small_weight_alone_changes_nothing(
 def test_a_weight_beyond_the_range_of_squares_is_refused(
     text: vf.Text, handle: vf.Handle, weight: float
 ) -> None:
-    with pytest.raises(vf.SolveError, match="A weight must be between"):
+    with pytest.raises(vf.SolveError, match="weight must be between"):
         vf.solve(text, vf.Target(handle, (0, 0), weight=weight))
 
 
@@ -167,7 +167,7 @@ def test_a_term_without_residuals_is_met(text: vf.Text, handle: vf.Handle) -> No
         ({"restart_seconds": math.nan}, "restart_seconds must be"),
         ({"restart_seconds": -1}, "restart_seconds must be"),
         ({"restart_seconds": "3"}, "received '3'"),
-        ({"locks": 3}, "locks are tags"),
+        ({"locks": 3}, "locks must be tags"),
     ],
 )
 def test_bad_options_are_refused(
@@ -180,22 +180,22 @@ def test_bad_options_are_refused(
 def test_bad_terms_are_refused(text: vf.Text, handle: vf.Handle) -> None:
     for term, says in (
         (make(3, x_at(0)), "handles of Mine must be a sequence of handles; received 3"),
-        (make(handle, x_at(0), tolerance="a"), "A tolerance is None or a number from 0 to"),
-        (make(handle, x_at(0), tolerance=1e300), "not 1e\\+300"),
-        (make(handle, x_at(0), tolerance=math.nan), "not nan"),
-        (make(handle, x_at(0), tolerance=math.inf), "not inf"),
+        (make(handle, x_at(0), tolerance="a"), "tolerance must be None or a number from 0 to"),
+        (make(handle, x_at(0), tolerance=1e300), "received 1e\\+300"),
+        (make(handle, x_at(0), tolerance=math.nan), "received nan"),
+        (make(handle, x_at(0), tolerance=math.inf), "received inf"),
         (make(handle, x_at(0), bind=lambda self, text: None), "must return a term, such as self"),
         (make(handle, lambda points: points.to(torch.complex128)), "must be real numbers"),
         (vf.SharedX(handle), "must be a sequence of handles"),  # type: ignore[arg-type]
         (vf.SharedX(None), "at least 2 handles"),  # type: ignore[arg-type]
         (vf.Residual(lambda points: points, handle), "must be a sequence"),  # type: ignore[arg-type]
-        (vf.Target(handle, "ab"), "A position is two finite numbers"),
-        (vf.Distance(handle, handle, "x"), "A distance is a finite number"),  # type: ignore[arg-type]
-        (vf.Target(handle, (1e300, 0)), "A position .* none of them beyond 1e\\+12"),
-        (vf.Pin(handle, (0, -1e200)), "A position .* none of them beyond 1e\\+12"),
-        (vf.Distance(handle, handle, 1e300), "A distance .* from 0 to 1e\\+12"),
-        (vf.Width(1e300), "A width .* at most 1e\\+12"),
-        (vf.Area(1e300), "An area .* at most 1e\\+24"),
+        (vf.Target(handle, "ab"), "position must be two finite numbers"),
+        (vf.Distance(handle, handle, "x"), "length must be a finite number"),  # type: ignore[arg-type]
+        (vf.Target(handle, (1e300, 0)), "position .* none of them beyond 1e\\+12"),
+        (vf.Pin(handle, (0, -1e200)), "position .* none of them beyond 1e\\+12"),
+        (vf.Distance(handle, handle, 1e300), "length .* from 0 to 1e\\+12"),
+        (vf.Width(1e300), "width .* at most 1e\\+12"),
+        (vf.Area(1e300), "area .* at most 1e\\+24"),
     ):
         with pytest.raises(vf.SolveError, match=says):
             vf.solve(text, term)
@@ -382,12 +382,12 @@ def nested(*names: str) -> list[Any]:
 def test_free_is_a_sequence_of_blocks(text: vf.Text, handle: vf.Handle, free: Any) -> None:
     # The text keeps the energy of a solve.
     vf.solve(text, vf.Target(handle, (0, 0)), restarts=0)
-    with pytest.raises(vf.SolveError, match="free is a sequence of names of blocks"):
+    with pytest.raises(vf.SolveError, match="free must be a sequence of names of blocks"):
         vf.solve(text, vf.Target(handle, (0, 0)), free=free)
 
 
 @pytest.mark.parametrize("locks", [["wght", ["wght"]], "", *nested("wght", "slnt")])
 def test_locks_are_tags(text: vf.Text, handle: vf.Handle, locks: Any) -> None:
     vf.solve(text, vf.Target(handle, (0, 0)), restarts=0)
-    with pytest.raises(vf.AxisError, match="locks are tags of axes"):
+    with pytest.raises(vf.AxisError, match="locks must be tags of axes"):
         vf.solve(text, vf.Target(handle, (0, 0)), locks=locks)

@@ -183,7 +183,7 @@ def test_bad_terms_say_what_is_wrong() -> None:
         "at least 3": vf.Collinear([a, b]),
         "not a handle": vf.SharedY([a, other.handle()]),
         "along": vf.Distance(a, b, along="z"),
-        "distance is": vf.Distance(a, b, -5),
+        "length must be": vf.Distance(a, b, -5),
         "width": vf.Width(float("nan")),
         "area": vf.Area(0),
         "Unknown axis": vf.AxisTarget({"nope": 1}),

@@ -32,25 +32,27 @@ def test_an_unknown_axis(font):
     "value", [NAN, INF, -INF, None, "bold", 10**400, [1, 2], torch.ones(2)], ids=str
 )
 def test_an_axis_value_that_is_no_finite_number(font, value):
-    with pytest.raises(vf.AxisError, match="Axis 'wght' needs a finite number, not"):
+    with pytest.raises(vf.AxisError, match="Axis 'wght' needs a finite number; received"):
         font.normalize({"wght": value})
 
 
 @pytest.mark.parametrize("axes", [[650], "wght", 650, None, [("wght", 650)]], ids=repr)
 def test_axes_that_are_no_mapping(font, axes):
-    with pytest.raises(vf.AxisError, match="Axis values are a mapping of tag to number, not"):
+    with pytest.raises(
+        vf.AxisError, match="Axis values must be a mapping of tag to number; received"
+    ):
         font.normalize(axes)
 
 
 COORDINATES = {
     "not a number": ([0, NAN, 0, 0, 0], "must be finite"),
     "infinite": (torch.tensor([0, INF, 0, 0, 0]), "must be finite"),
-    "too few": ([0] * 4, r"This font has 5 axes; got coordinates of shape \(4,\)"),
-    "one number": (0.5, r"got coordinates of shape \(\)"),
-    "transposed": (np.zeros((5, 2)), r"got coordinates of shape \(5, 2\)"),
-    "text": ("bold", "are 5 numbers, not 'bold'"),
-    "a mapping": ({"wght": 1}, "are 5 numbers, not"),
-    "ragged": ([[0] * 5, [0]], "are 5 numbers, not"),
+    "too few": ([0] * 4, r"This font has 5 axes; received coordinates of shape \(4,\)"),
+    "one number": (0.5, r"received coordinates of shape \(\)"),
+    "transposed": (np.zeros((5, 2)), r"received coordinates of shape \(5, 2\)"),
+    "text": ("bold", "must be 5 numbers; received 'bold'"),
+    "a mapping": ({"wght": 1}, "must be 5 numbers; received"),
+    "ragged": ([[0] * 5, [0]], "must be 5 numbers; received"),
 }
 
 

@@ -130,8 +130,8 @@ def test_clusters_and_lines_count_through_the_string() -> None:
     [
         ({"features": {"kren": True}}, "no feature 'kren'. It has: .*kern"),
         ({"features": {1: True}}, "no feature 1"),
-        ({"features": ["kern"]}, "has to be a mapping .* received"),
-        ({"features": {"kern": "off"}}, "'kern' has to be on, off or a number; received 'off'"),
+        ({"features": ["kern"]}, "must be a mapping .* received"),
+        ({"features": {"kern": "off"}}, "'kern' must be on, off or a number; received 'off'"),
         ({"features": {"kern": -1}}, "received -1"),
         ({"features": {"kern": 2**32}}, "received 4294967296"),
         ({"features": {"kern": 10**30}}, "received 1000000"),
@@ -183,7 +183,7 @@ def test_bad_strings_are_refused() -> None:
     for string in ("", "\n", "\u200b"):
         with pytest.raises(TextError, match="no visible character"):
             names(font, string)
-    with pytest.raises(TextError, match="has to be a string; received bytes"):
+    with pytest.raises(TextError, match="must be a string; received bytes"):
         vf.Text(font, b"ab")
     with pytest.raises(GlyphError, match=r"'\\t' \(U\+0009\)"):
         names(font, "a\tb")

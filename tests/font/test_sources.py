@@ -83,10 +83,10 @@ SOURCES = {
     "a directory": (Path(__file__).parent, UNKNOWN),
     "a pipe": (pipe, UNKNOWN),
     "a huge file": (huge_file, f"larger than the limit of {vf.limits.font_file_bytes} bytes"),
-    "a number": (3.14, "not from float"),
+    "a number": (3.14, "received float"),
     "nothing": (
         None,
-        "bundled name, a path, a URL, bytes or a fontTools TTFont; not from NoneType",
+        "bundled name, a path, a URL, bytes or a fontTools TTFont; received NoneType",
     ),
     "an empty TTFont": (TTFont, "This font is static"),
     "a bad URL": ("http://a b/", "Could not download http://a b/"),

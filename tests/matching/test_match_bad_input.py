@@ -14,19 +14,28 @@ from vfwidget.raster.coverage import fill
 SHEAR = [[0.03, 0.01, 10], [0, -0.03, 50]]
 OPTIONS = {
     "a fit of nothing known": ({"fit": ["x", "skew"]}, "'skew' cannot be fitted: choose from x, y"),
-    "a fit as one word": ({"fit": "blur"}, "fit is a sequence of names"),
-    "a fit of lists": ({"fit": [["x"]]}, "fit is a sequence of names"),
-    "a viewer of no text": ({"watch": 3}, "watch is an Editor, or a function"),
-    "half an iteration": ({"max_iterations": 0.5}, "max_iterations is a whole number from 0 on"),
+    "a fit as one word": ({"fit": "blur"}, "fit must be a sequence of some of x, y"),
+    "a fit of lists": ({"fit": [["x"]]}, "fit must be a sequence of some of x, y"),
+    "a viewer of no text": ({"watch": 3}, "watch must be an Editor, or a function"),
+    "half an iteration": (
+        {"max_iterations": 0.5},
+        "max_iterations must be a whole number ≥ 0; received 0.5",
+    ),
     "optimizer": ({"optimizer": "newton"}, "no optimizer 'newton': choose one of gauss-newton"),
     "loss": ({"loss": "l3"}, "There is no loss 'l3': choose one of linear"),
-    "ink": ({"ink": "red"}, "ink is one of auto, dark, light, not 'red'"),
-    "background": ({"background": "odd"}, "background is one of even, uneven, not 'odd'"),
-    "a sheared placement": ({"placement": SHEAR}, "A placement scales, rotates and shifts"),
-    "a placement with y up": ({"placement": np.eye(2, 3)}, "turns y down"),
-    "a placement of no size": ({"placement": np.zeros((2, 3))}, "A placement scales"),
-    "a square placement": ({"placement": np.eye(3)}, r"finite \(2, 3\) matrix, not \(3, 3\)"),
-    "a placement of NaN": ({"placement": np.full((2, 3), np.nan)}, "A placement is a finite"),
+    "ink": ({"ink": "red"}, "ink must be one of auto, dark, light; received 'red'"),
+    "background": ({"background": "odd"}, "background must be one of even, uneven; received 'odd'"),
+    "a sheared placement": ({"placement": SHEAR}, "placement may scale, rotate and shift"),
+    "a placement with y up": ({"placement": np.eye(2, 3)}, "must turn y down"),
+    "a placement of no size": ({"placement": np.zeros((2, 3))}, "placement may scale"),
+    "a square placement": (
+        {"placement": np.eye(3)},
+        r"\(2, 3\) array of finite numbers; received array",
+    ),
+    "a placement of NaN": (
+        {"placement": np.full((2, 3), np.nan)},
+        "array of finite numbers; received array",
+    ),
     "a second font": ({"fonts": ["dynapuff"]}, r"Give a font, or several as fonts=\[…\]"),
 }
 

@@ -13,7 +13,9 @@ from vfwidget.raster import frame, image_and_jacobian
 
 @pytest.mark.parametrize("size", [5, (5,), (5, 6, 7), (5.5, 6), ("a", 6), (np.nan, 6), None])
 def test_sizes_that_are_none(size):
-    with pytest.raises(vf.ImageError, match=r"A size is \(height, width\) in whole pixels, not"):
+    with pytest.raises(
+        vf.ImageError, match=r"size must be \(height, width\) in whole pixels; received"
+    ):
         vf.rasterize([SQUARE], size)
     with pytest.raises(vf.ImageError, match="in whole pixels"):
         frame(vf.Text("recursive", "a"), size)
@@ -39,10 +41,10 @@ def hole(value):
 @pytest.mark.parametrize(
     "contours, message",
     [
-        (torch.tensor(SQUARE), r"Contours come as a list of \(s, 4, 2\) arrays, one for each"),
-        (SQUARE[None], "Contours come as a list"),
-        ([SQUARE[0]], r"A contour is \(s, 4, 2\), not \(4, 2\)"),
-        ([np.zeros((4, 3, 2))], r"A contour is \(s, 4, 2\), not \(4, 3, 2\)"),
+        (torch.tensor(SQUARE), r"Contours must be a list of \(s, 4, 2\) arrays"),
+        (SQUARE[None], "Contours must be a list"),
+        ([SQUARE[0]], r"A contour must have the shape \(s, 4, 2\); received \(4, 2\)"),
+        ([np.zeros((4, 3, 2))], r"A contour must have the shape \(s, 4, 2\); received \(4, 3, 2\)"),
         ([SQUARE, SQUARE[None]], "batch dimensions differ"),
         (hole(np.nan), "NaN or infinity"),
         (hole(np.inf), "NaN or infinity"),
@@ -65,7 +67,9 @@ def test_a_square_far_around_the_image_fills_it(size):
 
 
 def test_transforms_that_are_none():
-    with pytest.raises(vf.ImageError, match=r"A transform is \(2, 3\), not \(3, 3\)"):
+    with pytest.raises(
+        vf.ImageError, match=r"transform must have the shape \(2, 3\); received \(3, 3\)"
+    ):
         vf.rasterize([SQUARE], SIZE, transform=np.eye(3))
     with pytest.raises(vf.ImageError, match="NaN or infinity"):
         vf.rasterize([SQUARE], SIZE, transform=TURNED * np.nan)
@@ -81,7 +85,7 @@ def test_transforms_that_are_none():
     ],
 )
 def test_moves_that_are_not_those_of_the_segments(segments, moves):
-    with pytest.raises(vf.ImageError, match=r"Each contour \(s, 4, 2\) needs its moves"):
+    with pytest.raises(vf.ImageError, match=r"Each contour \(s, 4, 2\) needs tangents"):
         image_and_jacobian(segments, moves, SIZE)
 
 

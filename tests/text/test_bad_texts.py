@@ -19,7 +19,7 @@ def test_a_text_of_nothing(font, string):
 @pytest.mark.parametrize("string", [b"ab", None, 3, ["a", "b"]], ids=repr)
 def test_a_text_that_is_no_string(font, string):
     with pytest.raises(
-        vf.TextError, match=f"A text has to be a string; received {type(string).__name__}"
+        vf.TextError, match=f"A text must be a string; received {type(string).__name__}"
     ):
         vf.Text(font, string)
 
@@ -27,11 +27,11 @@ def test_a_text_that_is_no_string(font, string):
 @pytest.mark.parametrize(
     "axes, shared, message",
     [
-        ([{}, {}], True, "are one mapping or instance, or 1 for this text"),
-        ([{}], False, "are one mapping or instance, or 2 for this text"),
+        ([{}, {}], True, "must be one mapping or instance, or 1 of them for this text"),
+        ([{}], False, "must be one mapping or instance, or 2 of them for this text"),
         ("ab", False, "has no instance 'ab'"),
-        ([{}, None], False, "are a mapping of tag to number, not None"),
-        (700, True, "are one mapping or instance, or 1 for this text"),
+        ([{}, None], False, "must be a mapping of tag to number; received None"),
+        (700, True, "must be one mapping or instance, or 1 of them for this text"),
     ],
 )
 def test_axes_that_fit_no_text(font, axes, shared, message):

@@ -282,7 +282,7 @@ def test_letters_with_axes_of_their_own_are_joined_as_at_the_default() -> None:
 def test_bad_tracking_and_line_heights(value) -> None:
     for name in ("tracking", "line_height"):
         if (name, value) != ("line_height", None):
-            with pytest.raises(vf.TextError, match=f"{name} has to be a finite number"):
+            with pytest.raises(vf.TextError, match=f"{name} must be a finite number"):
                 vf.Text("recursive", "a", **{name: value})
 
 

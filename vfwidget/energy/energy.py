@@ -181,7 +181,7 @@ class Energy:
         except TypeError:
             locked = {None}
         if not locked <= set(tags):
-            raise AxisError(f"locks are tags of axes ({', '.join(tags)}); received {locks!r}.")
+            raise AxisError(f"locks must be tags of axes ({', '.join(tags)}); received {locks!r}.")
         return self._each([tag in locked for tag in tags])
 
     @cached_property

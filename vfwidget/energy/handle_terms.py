@@ -76,7 +76,7 @@ class Target(Term):
         x, y = goal.tolist() if goal.shape == (2,) else (math.nan, math.nan)
         if not (-LARGEST <= x <= LARGEST and -LARGEST <= y <= LARGEST):
             raise SolveError(
-                f"A position is two finite numbers (x, y), none of them beyond {LARGEST:g} font "
+                f"position must be two finite numbers (x, y), none of them beyond {LARGEST:g} font "
                 f"units; received {position!r:.200}."
             )
         # dataclasses.replace takes several times as long, and a drag binds a goal at every event.
@@ -246,13 +246,13 @@ class Distance(Term):
     def bind(self, text: Text) -> Term:
         super().bind(text)
         if self.along not in (None, "x", "y"):
-            raise SolveError(f"A distance is measured along None, 'x' or 'y', not {self.along!r}.")
+            raise SolveError(f"along must be None, 'x' or 'y'; received {self.along!r}.")
         if self.length is None:
             here = np.stack([to_array(text.position(h)) for h in self.handles])
             return replace(self, length=self._measure(here)[0])
         if not (is_number(self.length) and 0 <= self.length <= LARGEST):
             raise SolveError(
-                f"A distance is a finite number from 0 to {LARGEST:g} font units, not "
+                f"length must be a finite number from 0 to {LARGEST:g} font units; received "
                 f"{self.length!r:.200}."
             )
         return self

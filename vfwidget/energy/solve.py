@@ -113,7 +113,9 @@ def solve(
         raise SolveError(f"solve(text, terms) needs a Text first; received {type(text).__name__}.")
     terms = [terms] if isinstance(terms, Term) else terms
     if type(terms) is not list and not isinstance(terms, Sequence):
-        raise SolveError(f"terms is a Term or a sequence of terms, not {type(terms).__name__}.")
+        raise SolveError(
+            f"terms must be a Term or a sequence of terms; received {type(terms).__name__}."
+        )
     if not is_count(restarts):
         raise SolveError(f"restarts must be a whole number ≥ 0; received {restarts!r}.")
     until = _end_of(restart_seconds)

@@ -256,12 +256,13 @@ class TermResult(NamedTuple):
 
 def _check_numbers(weight: Any, tolerance: Any) -> None:
     if not (is_number(weight) and 0 < weight < math.inf):
-        raise SolveError(f"A weight is a finite number > 0, not {weight!r}.")
+        raise SolveError(f"weight must be a finite number > 0; received {weight!r}.")
     if not LEAST_WEIGHT <= float(weight) <= MOST_WEIGHT:
         raise SolveError(
-            f"A weight must be between {LEAST_WEIGHT:g} and {MOST_WEIGHT:g}; received {weight!r}."
+            f"weight must be between {LEAST_WEIGHT:g} and {MOST_WEIGHT:g}; received {weight!r}."
         )
     if tolerance is not None and not (is_number(tolerance) and 0 <= tolerance <= LARGEST):
         raise SolveError(
-            f"A tolerance is None or a number from 0 to {LARGEST:g}, not {tolerance!r:.200}."
+            f"tolerance must be None or a number from 0 to {LARGEST:g}; received "
+            f"{tolerance!r:.200}."
         )

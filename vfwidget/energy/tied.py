@@ -85,7 +85,7 @@ def _leaders(ties: Ties, letters: int) -> IntArray:
         groups = [[None]]
     if not all(is_count(letter) or type(letter) is int for group in groups for letter in group):
         raise SolveError(
-            f"ties are groups of letters, such as [(0, 1, 2)]; received {ties!r:.200}."
+            f"ties must be groups of letters, such as [(0, 1, 2)]; received {ties!r:.200}."
         )
     seen: set[int] = set()
     for group in groups:

@@ -110,7 +110,9 @@ class AxisTarget(Term):
     def bind(self, text: Text) -> Term:
         super().bind(text)
         if not isinstance(self.axes, Mapping):
-            raise SolveError(f"axes is a mapping of tag to user value, not {self.axes!r}.")
+            raise SolveError(
+                f"axes must be a mapping of tag to user value; received {self.axes!r}."
+            )
         letters = len(text.coordinates)
         if self.letter is not None:
             whole = isinstance(self.letter, int | np.integer) and not isinstance(self.letter, bool)
@@ -153,7 +155,7 @@ class Width(Term):
     def bind(self, text: Text) -> Term:
         if not (_is_finite(self.width) and abs(self.width) <= LARGEST):
             raise SolveError(
-                f"A width is a finite number of font units, at most {LARGEST:g}, not "
+                f"width must be a finite number of font units, at most {LARGEST:g}; received "
                 f"{self.width!r:.200}."
             )
         return super().bind(text)
@@ -202,8 +204,8 @@ class Area(Term):
             return replace(bound, area=float(areas(curves, spans).sum()))
         if not (_is_finite(self.area) and 0 < self.area <= LARGEST**2):
             raise SolveError(
-                f"An area is a finite number > 0, at most {LARGEST**2:g} square font units, not "
-                f"{self.area!r:.200}."
+                f"area must be a finite number > 0, at most {LARGEST**2:g} square font units; "
+                f"received {self.area!r:.200}."
             )
         return bound
 

@@ -180,7 +180,7 @@ def normalize(axes: Sequence[Axis], values: Mapping[str, Any]) -> list[Any]:
         A value outside its axis's range, which is clamped.
     """
     if not isinstance(values, Mapping):
-        raise AxisError(f"Axis values are a mapping of tag to number, not {values!r}.")
+        raise AxisError(f"Axis values must be a mapping of tag to number; received {values!r}.")
     tags = [axis.tag for axis in axes]
     for tag in values:
         if tag not in tags:
@@ -195,7 +195,7 @@ def _checked(axis: Axis, value: Any) -> Any:
         # torch raises the last for a tensor of several numbers.
         number = math.nan
     if not math.isfinite(number):
-        raise AxisError(f"Axis {axis.tag!r} needs a finite number, not {value!r}.")
+        raise AxisError(f"Axis {axis.tag!r} needs a finite number; received {value!r}.")
     if not axis.minimum <= number <= axis.maximum:
         warn_clamped(
             f"{axis.tag}={number:g} lies outside {axis.minimum:g} … {axis.maximum:g} "

@@ -62,7 +62,7 @@ def check_limits(axes: Sequence[Axis], values: Mapping[str, Any]) -> AxisLimits:
         if len(sides) not in (1, 2, 3) or not all(a <= b for a, b in pairwise(ends)):
             raise AxisError(
                 f"Axis {tag!r} needs a number, or a range (least, greatest) or (least, default, "
-                f"greatest), within {axis.minimum:g} … {axis.maximum:g}; got {value!r}."
+                f"greatest), within {axis.minimum:g} … {axis.maximum:g}; received {value!r}."
             )
         limits[tag] = sides[0] if len(sides) == 1 else sides
     return limits
@@ -111,7 +111,7 @@ def instantiate(
         name = " ".join([family_name(font), *map(_label, limits.items())])
     elif not _is_name(name):
         raise FontError(
-            f"A family name is a string of 1 to {LONGEST_NAME} printable characters; "
+            f"name must be a string of 1 to {LONGEST_NAME} printable characters; "
             f"received {name!r:.200}."
         )
     with damage("No instance can be made of this font"):
@@ -168,8 +168,7 @@ def _is_name(name: Any) -> bool:
 def _keep_glyphs(font: TTFont, string: str) -> None:
     if not isinstance(string, str) or not string:
         raise FontError(
-            "The text whose glyphs the font shall have must be a string of at least one character; "
-            f"received {string!r:.200}."
+            f"string must be a text of at least one character; received {string!r:.200}."
         )
     options = subset.Options(layout_features=["*"], name_IDs=["*"], notdef_outline=True)
     subsetter = subset.Subsetter(options)

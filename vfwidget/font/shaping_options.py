@@ -130,20 +130,20 @@ def check_options(
     """
     if not isinstance(features, Mapping | None):
         raise TextError(
-            f"features has to be a mapping such as {{'kern': False}}; received {features!r}."
+            f"features must be a mapping such as {{'kern': False}}; received {features!r}."
         )
     found = [f for key, given in (features or {}).items() for f in _read(key, given, font_features)]
     if language is not None and not _is_language(language):
         raise TextError(
-            "language has to be a BCP 47 tag of registered codes, such as 'en' or 'sr-Latn'; "
+            "language must be a BCP 47 tag of registered codes, such as 'en' or 'sr-Latn'; "
             f"received {language!r:.100}. For a language without a code write 'x-' and a name."
         )
     if script is not None and str(script) not in unicodedata.Scripts.NAMES:
         raise TextError(
-            f"script has to be an ISO 15924 tag such as 'Latn' or 'Arab'; received {script!r}."
+            f"script must be an ISO 15924 tag such as 'Latn' or 'Arab'; received {script!r}."
         )
     if direction not in (None, "ltr", "rtl"):
-        raise TextError(f"direction has to be 'ltr' or 'rtl'; received {direction!r}.")
+        raise TextError(f"direction must be 'ltr' or 'rtl'; received {direction!r}.")
     # The order of those of one tag is kept.
     chosen = tuple(sorted(found, key=lambda feature: feature.tag))
     return ShapingOptions(chosen, language, script, direction)
@@ -169,7 +169,7 @@ def _read(key: Any, given: Any, font_features: Collection[str]) -> list[Feature]
     for entry in given:
         if not isinstance(entry, Sequence) or isinstance(entry, str) or len(entry) != 3:
             raise TextError(
-                f"A range of feature {tag!r} has to be (start, end, value), such as (1, 3, 0); "
+                f"A range of feature {tag!r} must be (start, end, value), such as (1, 3, 0); "
                 f"received {entry!r:.100}."
             )
         found.append(_checked(tag, *entry))
@@ -191,7 +191,7 @@ def _bounds(start: str, end: str, only: str) -> tuple[int, int]:
 def _checked(tag: str, start: Any, end: Any, value: Any) -> Feature:
     """A feature whose range and value are whole numbers that HarfBuzz can hold."""
     if not _is_whole(value) or not 0 <= int(value) < MOST_ALTERNATES:
-        raise TextError(f"Feature {tag!r} has to be on, off or a number; received {value!r:.100}.")
+        raise TextError(f"Feature {tag!r} must be on, off or a number; received {value!r:.100}.")
     whole = all(_is_whole(bound) and not isinstance(bound, bool) for bound in (start, end))
     if not whole or not 0 <= start <= end:
         raise TextError(

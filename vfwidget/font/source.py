@@ -135,8 +135,8 @@ def _read(source: str | os.PathLike[str]) -> bytes:
         name = os.fsdecode(source)
     except TypeError:
         raise FontError(
-            "A font is loaded from a bundled name, a path, a URL, bytes or a fontTools TTFont; "
-            f"not from {type(source).__name__}."
+            "A font source must be a bundled name, a path, a URL, bytes or a fontTools TTFont; "
+            f"received {type(source).__name__}."
         ) from None
     if name in bundled_fonts():
         return (resources.files("vfwidget") / "fonts" / f"{name}.woff2").read_bytes()

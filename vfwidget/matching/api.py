@@ -209,13 +209,13 @@ def _manner(text: Text) -> tuple[dict[str, Any], dict[str, float]]:
 
 def _at_least(least: int, value: int, what: str) -> int:
     if not is_count(value) or value < least:
-        raise ImageError(f"{what} is a whole number from {least} on, not {value!r}.")
+        raise ImageError(f"{what} must be a whole number ≥ {least}; received {value!r}.")
     return int(value)
 
 
 def _one_of(value: str, names: Sequence[str], what: str) -> str:
     if value not in names:
-        raise ImageError(f"{what} is one of {', '.join(names)}, not {value!r}.")
+        raise ImageError(f"{what} must be one of {', '.join(names)}; received {value!r}.")
     return value
 
 
@@ -228,7 +228,7 @@ def _shown(text: Text, watch: Viewer | Callable[[Text, float], None] | None) -> 
     viewer = watch
     if not (hasattr(viewer, "text") and hasattr(viewer, "axes")):
         raise ImageError(
-            f"watch is an Editor, or a function of a text and a loss; received {watch!r:.80}."
+            f"watch must be an Editor, or a function of a text and a loss; received {watch!r:.80}."
         )
     viewer.text = text
 

@@ -146,7 +146,7 @@ def check_fitted(
         return ("blur", "background") if placed else FITTED
     listed = isinstance(fit, Sequence) and not isinstance(fit, str)
     if not (listed and all(isinstance(name, str) for name in fit)):
-        raise ImageError(f"fit is a sequence of names of {', '.join(known)}, not {fit!r}.")
+        raise ImageError(f"fit must be a sequence of some of {', '.join(known)}; received {fit!r}.")
     for old in FORMER.keys() & set(fit):
         warn_renamed(f"fit={old!r}", repr(FORMER[old]))
     names = tuple(FORMER.get(name, name) for name in fit)

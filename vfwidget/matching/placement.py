@@ -33,16 +33,18 @@ def read_placement(placement: ArrayLike | None, text: Text) -> Array | None:
     try:
         matrix = to_array(placement)
     except (TypeError, ValueError, RuntimeError) as error:
-        raise ImageError(f"A placement is a (2, 3) array of numbers ({error}).") from None
+        raise ImageError(f"placement must be a (2, 3) array of numbers ({error}).") from None
     if matrix.shape != (2, 3) or not np.isfinite(matrix).all():
-        raise ImageError(f"A placement is a finite (2, 3) matrix, not {matrix.shape}.")
+        raise ImageError(
+            f"placement must be a (2, 3) array of finite numbers; received {matrix!r:.200}."
+        )
     linear = matrix[:, :2]
     a, b = linear[:, 0]
     expected = np.array([[a, b], [b, -a]])
     size = math.hypot(a, b)
     if size == 0 or abs(linear - expected).max() > NOT_SIMILAR * size:
         raise ImageError(
-            "A placement scales, rotates and shifts, and turns y down: [[a, b, x], [b, -a, y]]; "
+            "placement may scale, rotate and shift, and must turn y down: [[a, b, x], [b, -a, y]]; "
             f"received {matrix.tolist()}."
         )
     shift = linear @ middle(text) + matrix[:, 2]

@@ -47,10 +47,10 @@ class Contours(tuple[int, ...]):
             counts = tuple(index(count) for count in segments)
         except TypeError:
             raise GlyphError(
-                f"contours must list the number of segments of each contour; got {segments!r}."
+                f"contours must list the number of segments of each contour; received {segments!r}."
             ) from None
         if min(counts, default=1) < 1:
-            raise GlyphError(f"Each contour needs at least one segment; got {list(counts)}.")
+            raise GlyphError(f"Each contour needs at least one segment; received {list(counts)}.")
         return super().__new__(cls, counts)
 
     @property

@@ -28,9 +28,9 @@ def check_coordinates(w: ArrayLike, n: int) -> torch.Tensor:
         # In float32 a hair's breadth beside a breakpoint is the breakpoint itself.
         w = to_tensor(w).double()
     except (TypeError, ValueError, RuntimeError):
-        raise AxisError(f"Normalized coordinates are {n} numbers, not {w!r}.") from None
+        raise AxisError(f"Normalized coordinates must be {n} numbers; received {w!r}.") from None
     if w.ndim == 0 or w.shape[-1] != n:
-        raise AxisError(f"This font has {n} axes; got coordinates of shape {tuple(w.shape)}.")
+        raise AxisError(f"This font has {n} axes; received coordinates of shape {tuple(w.shape)}.")
     try:
         finite = bool(w.isfinite().all())
         inside = bool((w.abs() <= 1).all())
@@ -38,7 +38,7 @@ def check_coordinates(w: ArrayLike, n: int) -> torch.Tensor:
         # Under vmap the values cannot be looked at, but they can be clamped.
         return w.clip(-1, 1)
     if not finite:
-        raise AxisError("Normalized coordinates must be finite numbers; got NaN or infinity.")
+        raise AxisError("Normalized coordinates must be finite numbers; received NaN or infinity.")
     if not inside:
         warn_clamped("Normalized coordinates outside -1 … 1 were clamped.")
         w = w.clip(-1, 1)

@@ -160,12 +160,12 @@ class Glyph:
         if outline.shape != (self.contours.point_count, 2):
             raise GlyphError(
                 f"Contours of {list(self.contours)} segments have 3 control points for each "
-                f"segment, ({self.contours.point_count}, 2) in all; got {outline.shape}."
+                f"segment, ({self.contours.point_count}, 2) in all; received {outline.shape}."
             )
         if advance.shape or advance.axis_count != outline.axis_count:
             raise GlyphError(
                 f"The advance must be one number over the {outline.axis_count} axes of the "
-                f"outline; got the shape {advance.shape} over {advance.axis_count} axes."
+                f"outline; received the shape {advance.shape} over {advance.axis_count} axes."
             )
 
     def __repr__(self) -> str:
@@ -350,6 +350,6 @@ def _read_advance(advance: Any, axis_count: int) -> Affine:
     except ValueError:
         raise GlyphError(
             "advance must be a number or a triple (default, deltas, support); "
-            f"got {len(advance)} parts."
+            f"received {len(advance)} parts."
         ) from None
     return Affine(*map(owned, (default, deltas, support)))

@@ -95,13 +95,13 @@ class Affine(Varying):
         if self.deltas.shape[:-1] != self.shape or self.deltas.ndim != self.base.ndim + 1:
             raise GlyphError(
                 f"The deltas must have the shape of the default and one dimension more, "
-                f"{_spelled(self.shape, 'm')}; got {self.deltas.shape}."
+                f"{_spelled(self.shape, 'm')}; received {self.deltas.shape}."
             )
         m = self.deltas.shape[-1]
         if self.support.ndim != 3 or self.support.shape[::2] != (m, 3):
             raise GlyphError(
                 f"The support of {m} delta sets must have the shape ({m}, n, 3), "
-                f"start, peak and end on each of n axes; got {self.support.shape}."
+                f"start, peak and end on each of n axes; received {self.support.shape}."
             )
         graph = [to_tensor(part).double() for part in (base, deltas) if _requires_grad(part)]
         self._graph = (to_tensor(base).double(), to_tensor(deltas).double()) if graph else None
@@ -179,9 +179,9 @@ def _numbers(part: ArrayLike) -> Array:
     try:
         numbers = to_array(part)
     except (TypeError, ValueError, RuntimeError):
-        raise GlyphError(f"A glyph is made of arrays of numbers; got {part!r:.80}.") from None
+        raise GlyphError(f"A glyph is made of arrays of numbers; received {part!r:.80}.") from None
     if np.count_nonzero(np.isfinite(numbers)) < numbers.size:
-        raise GlyphError("The numbers of a glyph must be finite; got NaN or infinity.")
+        raise GlyphError("The numbers of a glyph must be finite; received NaN or infinity.")
     return numbers
 
 

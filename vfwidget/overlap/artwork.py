@@ -114,7 +114,7 @@ def _placement(scale: Any, position: Any) -> tuple[Array, Array]:
         np.isfinite(shift).all()
     ):
         raise OverlapError(
-            f"scale must be a number > 0 and position a pair of numbers; got {scale!r} and "
+            f"scale must be a number > 0 and position a pair of numbers; received {scale!r} and "
             f"{position!r}."
         )
     return np.array([factor, -factor]), shift
@@ -144,7 +144,9 @@ def _source(svg: Any) -> str:
         wide = svg.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         svg = svg.decode("utf-16" if wide else "utf-8", "replace")
     if not isinstance(svg, str):
-        raise OverlapError(f"svg must be SVG text, a path or a file; got {type(svg).__name__}.")
+        raise OverlapError(
+            f"svg must be SVG text, a path or a file; received {type(svg).__name__}."
+        )
     if len(svg) > limits.svg_bytes:
         raise OverlapError(_too_large("The SVG"))
     return svg

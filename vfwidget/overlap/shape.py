@@ -137,7 +137,8 @@ def read_obstacles(obstacles: Any) -> list[Shape]:
         listed = list(obstacles)
     except TypeError:
         raise OverlapError(
-            f"obstacles must be a list of polygons, contours, texts or artwork; got {obstacles!r}."
+            "obstacles must be a list of polygons, contours, texts or artwork; "
+            f"received {obstacles!r}."
         ) from None
     return [
         # A shape has been checked when it was read.
@@ -174,7 +175,7 @@ def _read(obstacle: Any, name: str) -> Shape:
         except TypeError:
             raise OverlapError(
                 f"{name} must be a polygon (m, 2), a list of contours (s, 4, 2), a Text or an "
-                f"Artwork; got {obstacle!r}."
+                f"Artwork; received {obstacle!r}."
             ) from None
     for contour in contours:
         if contour.ndim != 3 or contour.shape[1:] != (4, 2) or not len(contour):

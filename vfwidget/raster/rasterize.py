@@ -136,7 +136,9 @@ def image_and_jacobian(
     tangents = [to_tensor(move) for move in moves]
     fitting = [tuple(m.shape[:-1]) for m in tangents] == [(s, 4, 2) for s in sizes]
     if not sizes or not fitting or len({m.shape[-1] for m in tangents}) > 1 or points.ndim != 3:
-        raise ImageError("Each contour (s, 4, 2) needs its moves (s, 4, 2, a), a alike for all.")
+        raise ImageError(
+            "Each contour (s, 4, 2) needs tangents (s, 4, 2, a), with one a for all contours."
+        )
     check_contours(points[None], sizes)
     image, boundary = fill(inner(points[None].double()), sizes, height, width)
     jacobian = boundary.derivative(inner(torch.cat(tangents).double()))
@@ -175,7 +177,7 @@ def check_size(size: tuple[int, int]) -> tuple[int, int]:
     except (TypeError, ValueError, OverflowError):
         whole = False
     if not whole:
-        raise ImageError(f"A size is (height, width) in whole pixels, not {size!r}.")
+        raise ImageError(f"size must be (height, width) in whole pixels; received {size!r}.")
     if height < 1 or width < 1:
         raise ImageError(f"An image of {height} × {width} has no pixels.")
     if height * width > limits.raster_pixels:
@@ -191,15 +193,17 @@ def _gather(text_or_segments: Text | Contours) -> tuple[Tensor, list[int]]:
     if isinstance(text_or_segments, Text):
         text_or_segments = text_or_segments.segments()
     elif isinstance(text_or_segments, Tensor | np.ndarray):
-        raise ImageError("Contours come as a list of (s, 4, 2) arrays, one for each.")
+        raise ImageError("Contours must be a list of (s, 4, 2) arrays; received one array.")
     try:
         contours = [to_tensor(contour) for contour in text_or_segments]
     except (TypeError, ValueError, RuntimeError) as error:
-        raise ImageError(f"Contours are (s, 4, 2) arrays of numbers ({error}).") from None
+        raise ImageError(f"Contours must be (s, 4, 2) arrays of numbers ({error}).") from None
     contours = [contour for contour in contours if contour.numel()]
     for contour in contours:
         if contour.ndim < 3 or contour.shape[-2:] != (4, 2):
-            raise ImageError(f"A contour is (s, 4, 2), not {tuple(contour.shape)}.")
+            raise ImageError(
+                f"A contour must have the shape (s, 4, 2); received {tuple(contour.shape)}."
+            )
         if contour.shape[:-3] != contours[0].shape[:-3]:
             raise ImageError("The contours' batch dimensions differ.")
         if contour.layout is not torch.strided or contour.is_meta:
@@ -221,9 +225,9 @@ def _place(points: Tensor, transform: ArrayLike) -> Tensor:
     try:
         placed = to_tensor(transform).to(points)
     except (TypeError, ValueError, RuntimeError) as error:
-        raise ImageError(f"A transform is a (2, 3) array of numbers ({error}).") from None
+        raise ImageError(f"transform must be a (2, 3) array of numbers ({error}).") from None
     if placed.shape[-2:] != (2, 3):
-        raise ImageError(f"A transform is (2, 3), not {tuple(placed.shape)}.")
+        raise ImageError(f"transform must have the shape (2, 3); received {tuple(placed.shape)}.")
     linear, shift = placed[..., :2], placed[..., 2]
     try:
         return points @ linear.mT[..., None, :, :] + shift[..., None, None, :]

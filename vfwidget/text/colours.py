@@ -89,6 +89,6 @@ def palette_of(font: Font, palette: int | Sequence[Any]) -> Palette:
     if colours.ndim != 2 or colours.shape[1] != 4 or not ((colours >= 0) & (colours <= 1)).all():
         raise TextError(
             "palette must be the index of a palette or a list of colours, each red, green, blue "
-            f"and alpha from 0 to 1; got {palette!r:.80}."
+            f"and alpha from 0 to 1; received {palette!r:.80}."
         )
     return [(r, g, b, a) for r, g, b, a in colours.tolist()]

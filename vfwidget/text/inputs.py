@@ -43,7 +43,8 @@ def read_axes(
     rows = [axes] * count if single else axes
     if not isinstance(rows, Sequence) or len(rows) != count:
         raise AxisError(
-            f"Axis values are one mapping or instance, or {count} for this text; not {axes!r}."
+            f"Axis values must be one mapping or instance, or {count} of them for this text; "
+            f"received {axes!r}."
         )
     mappings = [_values(font, row) for row in rows]
     theta = np.stack([to_array(font.normalize(row)) for row in mappings])
@@ -64,7 +65,7 @@ def _values(font: Font, row: Any) -> Mapping[str, Any]:
             raise AxisError(f"{row.name!r} is not an instance of {font.family_name}.")
         row = row.axes
     if not isinstance(row, Mapping):
-        raise AxisError(f"Axis values are a mapping of tag to number, not {row!r}.")
+        raise AxisError(f"Axis values must be a mapping of tag to number; received {row!r}.")
     return row
 
 
@@ -131,7 +132,7 @@ def read_length(name: str, value: Any) -> float:
     number = isinstance(value, int | float)
     # An integer of Python may be too large for a floating-point number.
     if not number or isinstance(value, bool) or not abs(value) <= sys.float_info.max:
-        raise TextError(f"{name} has to be a finite number of font units; received {value!r:.100}.")
+        raise TextError(f"{name} must be a finite number of font units; received {value!r:.100}.")
     return float(value)
 
 

@@ -166,7 +166,7 @@ def layouts(font: Font, string: str, options: ShapingOptions) -> Layouts:
         ``string`` is no string, or too long.
     """
     if not isinstance(string, str):
-        raise TextError(f"A text has to be a string; received {type(string).__name__}.")
+        raise TextError(f"A text must be a string; received {type(string).__name__}.")
     if len(string) > limits.text_characters:
         raise TextError(
             f"The text has {len(string):,} characters; the limit is {limits.text_characters:,}. "

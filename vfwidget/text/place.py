@@ -117,8 +117,8 @@ class Unknowns:
             names = set()
         if not names or not names <= blocks.keys():
             raise SolveError(
-                f"free is a sequence of names of blocks of unknowns, not {free!r}; "
-                f"this solve has {', '.join(map(repr, blocks))}."
+                f"free must be a sequence of names of blocks of unknowns; received {free!r}. "
+                f"This solve has {', '.join(map(repr, blocks))}."
             )
         self.slices: dict[str, slice] = {}
         end = 0

@@ -225,7 +225,7 @@ class Text(Exports):
             ``offsets`` or ``rotations`` has the wrong shape or holds NaN.
         """
         if axes is not None and theta is not None:
-            raise AxisError("Give either axes= or theta=.")
+            raise AxisError("Give either axes= or theta=, not both.")
         if all(one is None for one in (axes, theta, offsets, rotations, tracking, shared)):
             raise AxisError(
                 "Give at least one of axes=, theta=, offsets=, rotations=, tracking= and shared=."
