@@ -66,7 +66,7 @@ class Row:
 
 
 HEADER = (
-    "| Font | Covers | Glyphs | Places | Outline | Advance | Derivative |\n"
+    "| Font | Covers | Glyphs | Locations | Outline | Advance | Derivative |\n"
     "| --- | --- | --: | --: | --: | --: | --: |"
 )
 

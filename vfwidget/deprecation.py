@@ -59,7 +59,7 @@ def _former_attribute(old: str, new: str) -> property:
         warn_renamed(old, new)
         return getattr(self, new)
 
-    return property(read)
+    return property(read, doc=f"The former name of :attr:`{new}`.")
 
 
 def warn_renamed(old: str, new: str) -> None:

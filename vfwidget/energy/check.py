@@ -23,7 +23,7 @@ def check_derivative(term: Term, text: Text) -> float:
     ----------
     term : Term
     text : Text
-        The derivative is taken beside its place, at a distance of 1e-5 in every unknown.
+        The derivative is evaluated at a distance of 1e-5 from it in every unknown.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def check_derivative(term: Term, text: Text) -> float:
         return rows.residual(energy.unknowns.place(x))
 
     start = energy.unknowns.start
-    # Just beside the place, towards the inside: many axes have a kink right at their default.
+    # Near the text, towards the inside: many axes have a kink right at their default.
     x = start + np.where(start + BESIDE > energy.upper, -BESIDE, BESIDE)
     # As the solver has it: a term that is affine in name only fails here, too.
     jacobian = energy.jacobian(x)
@@ -66,8 +66,8 @@ def check_derivative(term: Term, text: Text) -> float:
         raise wrong_rows(term.kind, len(jacobian), len(expected))
     if not (np.isfinite(jacobian).all() and np.isfinite(expected).all()):
         raise SolveError(
-            f"The derivative of {term.kind} or its residual beside the place of the text holds NaN "
-            "or infinity, so they cannot be compared; correct the term or choose another place."
+            f"The derivative of {term.kind} or its residual near the axis values of the text holds "
+            "NaN or infinity, so they cannot be compared; correct the term or pass another text."
         )
     scale = max(float(abs(expected).max(initial=0.0)), 1e-12)
     return float(abs(jacobian - expected).max(initial=0.0)) / scale

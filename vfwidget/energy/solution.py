@@ -50,8 +50,8 @@ class Solution:
     terms : list of TermResult
         Each term at ``text``, in the order given.
     elsewhere : Text or None
-        A place that misses the goals by less, but too far away to go there unasked: some outline
-        point would move by more than 2 % of the em without a missed goal being met.
+        A text that misses the goals by less. The solver did not take it, because some outline
+        point would move by more than 2 % of the em and no missed goal would be met.
     boundaries : list of Boundary
         Boundaries that the solve met at which glyphs change, and whether it crossed them.
     """
@@ -73,7 +73,7 @@ class Solution:
     def history(self) -> list[Iterate]:
         """(Θ, cost) of every accepted step, the start included.
 
-        If a restart has found the result, these are its steps, from the place at which it began.
+        If a restart has found the result, these are its steps, from the point at which it began.
         At first they are those of an energy in which pins have less weight.
         """
         assert self._history is not None
@@ -95,7 +95,10 @@ class Solution:
 
     @property
     def misses(self) -> list[float]:
-        """How far each term's goal is missed, in font units; 0 for a term that has none."""
+        """How far each term's goal is missed, in font units; 0 for a term that has no goal.
+
+        Terms of another unit use that: :class:`Looks` gives a share of the ink.
+        """
         return [result.miss or 0.0 for result in self.terms]
 
     @property
@@ -110,7 +113,7 @@ class Solution:
 
     @property
     def converged(self) -> bool:
-        """Whether the solver stopped by itself, at a place that no step improves."""
+        """Whether the solver stopped by itself, at a result that no step improves."""
         return self.status in (CONVERGED, UNREACHABLE)
 
     def report(self) -> str:

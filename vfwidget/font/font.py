@@ -55,8 +55,8 @@ def load_font(source: FontSource | Font, index: int = 0, static: bool = False) -
     index : int
         Which font of a collection, from 0. Default 0.
     static : bool
-        Accept a font without axes, too, as a target that another font is to match. Default
-        false: most callers want axes.
+        Whether a font without axes is accepted, for example as the model that another font has
+        to match. Default False.
 
     Returns
     -------
@@ -65,8 +65,8 @@ def load_font(source: FontSource | Font, index: int = 0, static: bool = False) -
     Raises
     ------
     FontError
-        The source is not a font, is truncated or oversized, is static, has no outlines, or has
-        an unknown name, or the collection has no font of that index; the message says which.
+        The source is not a font, is truncated or oversized, is static (unless ``static`` is
+        True), has no outlines or an unknown name, or the collection has no such index.
 
     Examples
     --------
@@ -270,7 +270,7 @@ class Font(DesignSpace):
     def axis_effect(self, key: str | int) -> dict[str, float]:
         """How far each axis by itself moves a glyph's outline, by tag, in font units.
 
-        It is the greatest distance of any control point from its place at the default, while the
+        It is the greatest distance of any control point from its position at the default, while the
         axis runs through its range and the others stay at their defaults.
         """
         glyph, (lower, upper) = self.glyph(key), self.bounds

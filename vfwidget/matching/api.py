@@ -79,8 +79,7 @@ def match(
         In place of ``font``: all are fitted, and the best is returned with the others ranked.
     executor : concurrent.futures.Executor, optional
         Where several fonts are fitted: a process pool with any start method, or Dask's
-        ``client.get_executor()``. The
-        results are those of one process.
+        ``client.get_executor()``. The results do not depend on it.
     shared : bool
         True (the default) for one axis vector for the word, False for one for each letter.
     axes : axis values, or one for each letter, optional

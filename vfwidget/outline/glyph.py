@@ -300,7 +300,7 @@ class Glyph:
         return twin
 
     def over(self, coordinates: Coordinates) -> Glyph:
-        """The glyph as a function of coordinates from which its own follow."""
+        """The glyph over other coordinates, which ``coordinates`` converts to its own."""
         twin = copy(self)
         twin.outline = Composed(self.outline, coordinates)
         twin.advance_width = Composed(self.advance_width, coordinates)
@@ -338,7 +338,7 @@ class Layer:
     paint: Paint
 
     def over(self, coordinates: Coordinates) -> Layer:
-        """The layer as a function of coordinates from which its own follow."""
+        """The layer over other coordinates, which ``coordinates`` converts to its own."""
         return Layer(self.glyph.over(coordinates), self.paint.over(coordinates))
 
 

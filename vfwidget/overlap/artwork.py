@@ -27,11 +27,11 @@ THINNEST = 1e-9
 
 
 class Artwork:
-    """Shapes around which letters make room.
+    """The shapes of an SVG, as an obstacle that letters avoid.
 
     Fills, strokes (as areas of their width, with their joins, caps and dashes), transforms, groups,
     symbols, ``use``, clip paths, markers, and style sheets within the file are read. What lies
-    outside of the document's width and height is cut off, if both are stated. Text, images and
+    outside the document's width and height is cut off, if both are stated. Text, images and
     scripts are ignored, and nothing is fetched. Masks and filters have no outline, so they are
     ignored as well: a shape with a mask counts as a whole.
 

@@ -1,4 +1,4 @@
-"""A line of text in a variable font, at one place of the font's design space."""
+"""A line of text in a variable font, at one location of the font's design space."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Text(Exports):
-    r"""A line of text at one place of its font's design space; it is immutable.
+    r"""A line of text at one location of its font's design space; it is immutable.
 
     Parameters
     ----------
@@ -71,9 +71,9 @@ class Text(Exports):
     ----------
     rotations : (l,) array
     word : Word
-        The data that all texts share which are moved within one setting.
+        The glyphs, and how they vary; shared by texts that :meth:`at` makes, if these are equal.
     composition : Composition
-        The data that all texts moved from this one share.
+        The string, the font and the options.
 
     Raises
     ------
@@ -213,8 +213,8 @@ class Text(Exports):
         tracking : float, optional
             New space after each grapheme, in font units. By default it stays.
         shared : bool, optional
-            Whether the letters of the new text share their axes. Handles do not go along with a
-            change of it.
+            Whether the letters of the new text share their axes. If it changes, handles of this
+            text are not valid in the new one.
 
         Raises
         ------
@@ -222,7 +222,7 @@ class Text(Exports):
             The axis or instance is unknown, a shape is wrong, a value is NaN, both ``axes`` and
             ``theta`` are given, or no argument at all.
         TextError
-            ``offsets`` or ``rotations`` has the wrong shape or holds NaN.
+            Another argument has the wrong shape or type, or is not finite.
         """
         if axes is not None and theta is not None:
             raise AxisError("Give either axes= or theta=, not both.")
@@ -269,7 +269,7 @@ class Text(Exports):
         return moved
 
     def moved_to(self, place: Mapping[str, Array]) -> Text:
-        """The same text at a place of its unknowns, which needs no check."""
+        """The same text with other values of its unknowns, which need no check."""
         moved = self.moved(place[AXES])
         moved._tracking = place[TRACKING]
         if len(place[OFFSETS]) == len(moved.glyphs):
@@ -282,7 +282,7 @@ class Text(Exports):
 
     @property
     def coordinates(self) -> Array:
-        """:attr:`theta` as the array it is, not to be written to."""
+        """:attr:`theta` as the array itself; do not write to it."""
         return self._theta
 
     def points(self, theta: ArrayLike | None = None) -> torch.Tensor:
@@ -291,7 +291,7 @@ class Text(Exports):
         Parameters
         ----------
         theta : (1, n) or (l, n) array, optional
-            Where; by default at the text's own place.
+            Normalized coordinates. Default: those of the text.
         """
         return self.positions(self.point_set(), self._tensor(theta))
 

@@ -335,7 +335,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
             self._adopt(self._history.present.at(self.text))
 
     def set_state(self, sync_data: Any) -> None:
-        """Take state from the view. What cannot be taken is shown there and undone."""
+        """Apply state from the view. A change that fails is undone, and its error shown."""
         with self._lock:
             try:
                 sync_data = dict(sync_data)

@@ -221,7 +221,7 @@ class Player(anywidget.AnyWidget):
         return checked_height(proposal["value"])
 
     def set_state(self, sync_data: Any) -> None:
-        """Take state from the view; what cannot be taken is refused, and said there."""
+        """Apply state from the view. Bad values are refused, and the view shows the error."""
         try:
             sync_data = dict(sync_data)
             refuse_foreign(sync_data, VIEW_TRAITS, MotionError)
