@@ -12,7 +12,7 @@ from time import perf_counter
 import numpy as np
 
 import vfwidget as vf
-from vfwidget.matching.catalogue import KEPT, fit_one, sweep_one
+from vfwidget.matching.catalogue import KEPT, fit_one, search_one
 from vfwidget.matching.fit import Options
 from vfwidget.matching.looks import FITTED
 from vfwidget.matching.match import Request, Settings
@@ -69,5 +69,5 @@ def _cost(name: str, string: str, rounds: int) -> tuple[float, float, float]:
         return float(np.median(times))
 
     load = seconds(lambda: request.text(vf.load_font(name)))
-    sweep = seconds(lambda: sweep_one(request, image, name))
+    sweep = seconds(lambda: search_one(request, image, name))
     return load, sweep, seconds(lambda: fit_one(request, image, name)) - sweep

@@ -311,7 +311,7 @@ def test_fonts_of_one_name_are_all_named(image):
 
 
 @pytest.mark.parametrize("kept, threads", [(3, 0), pytest.param(KEPT, 2, marks=pytest.mark.slow)])
-def test_a_sweep_prunes_many_fonts(kept, threads, monkeypatch):
+def test_of_many_fonts_the_coarse_search_selects_those_that_are_fitted(kept, threads, monkeypatch):
     monkeypatch.setattr(catalogue, "KEPT", kept)
     assert len(STARS) > KEPT
     truth = vf.Text(STARS[7], "R", axes={"wght": 700})
@@ -328,7 +328,7 @@ def test_a_sweep_prunes_many_fonts(kept, threads, monkeypatch):
     for name, why in found.left_out.items():
         assert name.startswith("fonts[")
         assert name != "fonts[7]"
-        assert why.startswith("the sweep explains ")
+        assert why.startswith("the coarse search explains ")
         assert why.endswith(" % of the ink")
     assert found.status == "matched"
     assert axis_error(found, truth) < 0.01

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 from tqdm.auto import tqdm
 
@@ -33,6 +33,7 @@ EVEN, UNEVEN = 1, 6
 """Number of coefficients of the paper's brightness."""
 ITERATIONS = {"gauss-newton": 40, "adam": 100}
 Source: TypeAlias = "Font | FontSource"
+Chosen = TypeVar("Chosen")
 
 
 class Viewer(Protocol):
@@ -165,12 +166,8 @@ def match(
         options=options,
         theta=None,
         placement=None,
-        terms={"even": EVEN, "uneven": UNEVEN}[
-            _one_of(background, ("even", "uneven"), "background")
-        ],
-        dark={"auto": None, "dark": True, "light": False}[
-            _one_of(ink, ("auto", "dark", "light"), "ink")
-        ],
+        terms=_choice("background", background, {"even": EVEN, "uneven": UNEVEN}),
+        dark=_choice("ink", ink, {"auto": None, "dark": True, "light": False}),
         resolution=_at_least(LEAST_SIDE, resolution, "resolution"),
         max_iterations=_at_least(
             0, ITERATIONS[optimizer] if max_iterations is None else max_iterations, "max_iterations"
@@ -212,10 +209,11 @@ def _at_least(least: int, value: int, what: str) -> int:
     return int(value)
 
 
-def _one_of(value: str, names: Sequence[str], what: str) -> str:
-    if value not in names:
-        raise ImageError(f"{what} must be one of {', '.join(names)}; received {value!r}.")
-    return value
+def _choice(what: str, value: str, choices: Mapping[str, Chosen]) -> Chosen:
+    # A value may be of any type, also one that cannot be a key.
+    if not isinstance(value, str) or value not in choices:
+        raise ImageError(f"{what} must be one of {', '.join(choices)}; received {value!r}.")
+    return choices[value]
 
 
 def _shown(text: Text, watch: Viewer | Callable[[Text, float], None] | None) -> Watch | None:

@@ -1,4 +1,4 @@
-"""One picture and many fonts: a cheap sweep of all prunes, the fit of the best refines."""
+"""One picture and many fonts: a coarse search in all of them, and a fit of the best."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from .match import Outcome, Request, Search
 from .result import Match
 
 KEPT = 12
-"""How many fonts, the best of the sweep, are fitted."""
+"""How many fonts, the best of the coarse search, are fitted."""
 CHUNK = 4
-"""Fonts a worker is given at a time."""
+"""Fonts that a worker receives at a time."""
 TRIES = 3
-"""How often a chunk is given out before it is worked on here."""
+"""How often a chunk is sent to workers before it is computed in this process."""
 
 Answer = tuple[float | Outcome | None, str]
-"""A result, or None and why there is none."""
+"""A result; or None and the reason."""
 
 
 def match_fonts(
@@ -51,19 +51,22 @@ def match_fonts(
     if not sources:
         raise ImageError("There are no fonts to match.")
     with tqdm(total=len(sources), desc="match", leave=False, disable=not progress) as bar:
-        order = range(len(sources))
+        order: Sequence[int] = range(len(sources))
         left_out: dict[str, str] = {}
         if len(sources) > KEPT:
-            swept: dict[int, Any] = _run(
-                sweep_one, image, sources, order, request, executor, lambda: None
-            )
-            for i in [i for i in order if swept[i][0] is None]:
-                left_out[names[i]] = swept[i][1]
-            good = sorted((i for i in order if swept[i][0] is not None), key=lambda i: swept[i][0])
+            searched = _run(search_one, image, sources, order, request, executor, lambda: None)
+            unexplained: dict[int, float] = {}
+            for i in order:
+                share, why = searched[i]
+                if isinstance(share, float):
+                    unexplained[i] = share
+                else:
+                    left_out[names[i]] = why
+            good = sorted(unexplained, key=unexplained.__getitem__)
             for i in good[KEPT:]:
-                share = 100 * (1 - float(swept[i][0]))
-                left_out[names[i]] = f"the sweep explains {share:.0f} % of the ink"
-            order = good[:KEPT]  # type: ignore[assignment]
+                explained = 100 * (1 - unexplained[i])
+                left_out[names[i]] = f"the coarse search explains {explained:.0f} % of the ink"
+            order = good[:KEPT]
             bar.total = len(order)
         fitted = _run(fit_one, image, sources, order, request, executor, bar.update)
     matches = []
@@ -76,13 +79,13 @@ def match_fonts(
             left_out[names[i]] = why
     if not matches:
         raise ImageError(f"No font could be fitted: {next(iter(left_out.values()))}")
-    # Sorting keeps the order of fonts that match alike, whoever fitted them.
+    # Fonts that match equally well keep their order, whichever worker fitted them.
     matches.sort(key=lambda one: -one.score)
     return replace(matches[0], ranking=tuple(matches), left_out=left_out)
 
 
 def _names(fonts: Sequence[Font | FontSource]) -> list[str]:
-    """What to call each font; no two alike."""
+    """A name for each font; all are different."""
     names: list[str] = []
     for i, font in enumerate(fonts):
         if isinstance(font, Font):
@@ -94,7 +97,7 @@ def _names(fonts: Sequence[Font | FontSource]) -> list[str]:
 
 
 def _portable(font: Font | FontSource) -> Any:
-    """A font as something that travels between processes."""
+    """A font in a form that can be sent to another process."""
     ttfont = font._ttfont if isinstance(font, Font) else font
     if not isinstance(ttfont, TTFont):
         return ttfont
@@ -108,8 +111,8 @@ def _portable(font: Font | FontSource) -> Any:
     return file.getvalue()
 
 
-def sweep_one(request: Request, image: Array, source: Any) -> float:
-    """What share of the ink one font leaves unexplained at its best place of the sweep."""
+def search_one(request: Request, image: Array, source: Any) -> float:
+    """The share of the ink that the coarse search in one font leaves unexplained."""
     text = request.text(load_font(source))
     return Search(text, image, request.settings_for(text)).unexplained()
 
@@ -145,7 +148,7 @@ def _run(
     executor: Executor | None,
     done: Callable[[], Any],
 ) -> dict[int, Answer]:
-    """Each font's answer by its number, whoever works on it."""
+    """Each font's answer by its number."""
     chunks = [order[i : i + CHUNK] for i in range(0, len(order), CHUNK)]
     answers: dict[int, Answer] = {}
 
@@ -165,7 +168,7 @@ def _run(
             except VFWidgetError:
                 raise
             except Exception as error:
-                # A worker is gone, and takes no more than its own chunk with it.
+                # A worker was lost, and only its own chunk with it.
                 lost.append(chunk)
                 warnings.warn(f"A worker was lost ({error!r}); trying again.", stacklevel=4)
         waiting = lost
@@ -187,7 +190,7 @@ def _submit(
         try:
             future = executor.submit(_chunk, work, request, image, [sources[i] for i in chunk])
         except Exception as error:
-            # A pool that is broken takes nothing more.
+            # A broken pool accepts no more work.
             future = Future()
             future.set_exception(error)
         futures[future] = chunk

@@ -26,7 +26,7 @@ class Displacements(NamedTuple):
     letter : (K,) int array
         The letter of each point.
     own : (K, 2, n) array
-        By the axes of the letter of the point while the letter starts at the same place; n is 0
+        By the axes of the letter of the point while the letter starts at the same point; n is 0
         where the axes are not among the unknowns.
     starts : (l, 2, a) array
         Of the starts of the letters by the unknowns of the text, where each letter has axes of

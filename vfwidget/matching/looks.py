@@ -206,7 +206,7 @@ class View:
         return {name: block for name, block in found.items() if name in free}
 
     def state(self, values: Mapping[str, Array]) -> State:
-        """The state at a place of its own blocks and those of the text."""
+        """The state with these values of its own blocks and of those of the text."""
         start = self.start
         placement = start.placement.copy()
         for i, name in enumerate(PLACEMENT):
@@ -224,7 +224,7 @@ class View:
 
 
 class PictureRows:
-    """The weighted residual of a picture, pixel by pixel, as a function of the place."""
+    """The weighted residual of a picture, pixel by pixel, as a function of the unknowns."""
 
     def __init__(self, term: Looks, view: View) -> None:
         self.term, self.view, self.prefix = term, view, f"{term.name}."

@@ -1,4 +1,4 @@
-"""A fit of one text to one picture, from the sweep to the last iteration."""
+"""A fit of one text to one picture, from the coarse search to the last iteration."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Settings:
-    """What :func:`vfwidget.match` was asked for.
+    """The arguments of :func:`vfwidget.match` that do not depend on the font, checked.
 
     Attributes
     ----------
     options : Options
     theta : (parameters, n) array, optional
-        Where to start; without it a sweep finds out.
+        Where to start; by default a coarse search finds several starts.
     placement : (4,) array, optional
         As in :class:`~.scene.State`, where it is known.
     terms : int
@@ -68,7 +68,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a fit came to; it holds arrays only, and so travels between processes.
+    """The result of a fit. It holds arrays only, so that it can be sent to another process.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Outcome:
     loss : float
         Mean cost of a pixel at the last stage.
     score : float
-        Share of the ink, noise apart, that the fitted picture explains: 1 is all.
+        Share of the ink that the fitted picture explains, with the noise subtracted; 1 is all.
     deviation : (parameters, n) array
         Standard deviation of Θ; infinite where the picture does not show an axis.
     path : list of State
@@ -125,15 +125,15 @@ class Search:
         self._views: dict[int, tuple[Scene, Array]] = {}
 
     def unexplained(self) -> float:
-        """What share of the ink's squares the best candidate of the sweep leaves unexplained."""
+        """The share of the ink's squares that the best candidate of the coarse search leaves."""
         return float(self._candidates()[1].min())
 
     def outcome(self) -> Outcome:
-        """What the fit comes to."""
+        """Run the fit."""
         if self.settings.options.optimizer == "gauss-newton":
             # Checked before any stage, because the stages take time.
             check_size(self._view(self.settings.resolution)[1].size, self._count_unknowns())
-        self.progress("sweep")
+        self.progress("coarse search")
         starts = self._starts()
         path = starts[:1]
         if self.settings.options.optimizer == "gauss-newton":
@@ -177,7 +177,7 @@ class Search:
         return View(*self._view(side), start, self.settings.options.fitted)
 
     def _candidates(self) -> tuple[list[State], Array]:
-        """Places of the design space put where the ink is, and what each leaves unexplained."""
+        """Locations of the design space, placed on the ink, and what each leaves unexplained."""
         settings, (scene, small) = self.settings, self._view(STAGES[0][0])
         levels, ink = part(small, settings.terms, settings.dark)
         thetas = candidates(self.text) if settings.theta is None else settings.theta[None]
@@ -245,7 +245,7 @@ class Search:
         return path
 
     def _other_glyphs(self, best: State) -> list[State]:
-        """Better states with other glyphs: fits from the nearest places of the boxes around."""
+        """Better states with other glyphs: fits from the nearest location of each box around."""
         path: list[State] = []
         around = boxes_around(self.text.moved(best.theta))
         if not around:
@@ -288,7 +288,7 @@ class Search:
 
 
 def _explained(scene: Scene, image: Array, state: State, noise: float) -> float:
-    """1 less the share of the ink's squares that is left, what noise of some variance has apart.
+    """1 minus the share of the ink's squares that is left, with those of the noise subtracted.
 
     The mean of that over the picture and of that around the text, so that a stain far off counts
     for half, and letters that the text leaves out still count.
@@ -305,10 +305,10 @@ def _explained(scene: Scene, image: Array, state: State, noise: float) -> float:
             max(0, columns[0] - margin) : columns[-1] + margin + 1,
         ] = True
     shares = []
-    for here in (near, near | True):
+    for here in (near, np.ones_like(near)):
         unexplained, all_ink = left[here].sum(), ink[here].sum()
         expected = noise * here.sum()
-        # Where there is hardly more than noise, it is not to be told from ink.
+        # Where there is hardly more than noise, it cannot be told from ink.
         if expected < all_ink / 2:
             unexplained, all_ink = max(unexplained - expected, 0.0), all_ink - expected
         shares.append(unexplained / max(all_ink, 1e-12))
@@ -317,7 +317,7 @@ def _explained(scene: Scene, image: Array, state: State, noise: float) -> float:
 
 @dataclass(frozen=True)
 class Request:
-    """What to match, in whatever font: it travels between processes.
+    """The arguments of a match for any font; it can be sent to another process.
 
     Attributes
     ----------
@@ -330,7 +330,7 @@ class Request:
     manner : mapping
         How the text is set: keyword arguments of :class:`Text`.
     lengths : mapping
-        More of them: lengths in ems.
+        More keyword arguments: lengths in ems.
     """
 
     string: str

@@ -119,7 +119,7 @@ class Match:
 
     @cached_property
     def image(self) -> torch.Tensor:
-        """The fitted picture (H, W), levels, light and blur included."""
+        """The fitted picture (H, W), with its brightness and blur."""
         return to_tensor(self._scene.image(self.outcome.state))
 
     @property

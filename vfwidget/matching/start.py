@@ -1,4 +1,4 @@
-"""Where a fit may begin: a cheap sweep of the design space over a small picture."""
+"""Where a fit may begin: a coarse search of the design space on a small picture."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ..text import Text
 from .images import basis
 from .scene import Scene, State, by_glyphs
 
-SWEEP = 160
-"""Places of the design space that are tried."""
+LOCATIONS = 160
+"""Locations of the design space that are tried."""
 IN_BOX, MOST_BOXES = 16, 10
-"""Places that are tried in each box with other glyphs than at the default, in so many boxes."""
+"""Locations that are tried in each box with other glyphs than at the default, in so many boxes."""
 MOST_AROUND = 16
 """Boxes with other glyphs that a match is continued in."""
 APART = 0.2
@@ -25,14 +25,14 @@ MOST_COMPONENTS, SPECK = 6, 0.02
 
 
 def candidates(text: Text) -> Array:
-    """Places spread over the design space, (B, parameters, n); all letters stand at one.
+    """Locations spread over the design space, (B, parameters, n), the same for all letters.
 
-    There are ``SWEEP`` of them, and more in each box in which the text has other glyphs.
+    There are ``LOCATIONS`` of them, and more in each box in which the text has other glyphs.
     """
     lower, upper = text.font.bounds
     named = [text.font.normalize(dict(i.axes)).numpy() for i in text.font.instances]
-    first = np.stack([np.zeros_like(lower), *named])[: SWEEP // 3]
-    spread = lower + (upper - lower) * _spread(SWEEP - len(first), len(lower))
+    first = np.stack([np.zeros_like(lower), *named])[: LOCATIONS // 3]
+    spread = lower + (upper - lower) * _spread(LOCATIONS - len(first), len(lower))
     settings = text.composition.settings
     boxes = [box for row in range(1, len(settings.rows)) for box in settings.boxes(row)]
     within = [low + (high - low) * _spread(IN_BOX, len(low)) for low, high in boxes[:MOST_BOXES]]
@@ -130,7 +130,7 @@ def _components(mask: BoolArray) -> IntArray:
 
 
 def rank(scene: Scene, thetas: Array, places: Array, image: Array, terms: int) -> Array:
-    """How much of the picture each candidate leaves unexplained at best levels, (B,) in 0 … 1."""
+    """The share of the picture that each candidate leaves at the best levels, (B,) in 0 … 1."""
     covered = scene.coverage(thetas, places)
     over = basis(*scene.shape, terms).reshape(-1, terms)
     directions = np.linalg.qr(over)[0]
