@@ -1,4 +1,4 @@
-"""Derivatives of a term's residual where the term gives none, and a check of those it gives."""
+"""Derivatives of a term's residual by torch, for terms that define none."""
 
 from __future__ import annotations
 
@@ -53,8 +53,6 @@ def derivative_of(
                 "operations, so it cannot be differentiated. Compute it from points and theta "
                 "without detach(), item() or torch.tensor(), or define derivative()."
             )
-        if not len(value):
-            return np.zeros((0, *points.shape)), np.zeros((0, *theta.shape))
         if len(value) <= points.size + theta.size:
             rows = [_backward(entry, inputs) for entry in value]
             by_points, by_theta = (torch.stack(side) for side in zip(*rows, strict=True))
@@ -80,8 +78,8 @@ def _vector_function(residual: Function, kind: str) -> Function:
 def _as_vector(value: Any, kind: str) -> torch.Tensor:
     if not is_tensor(value):
         raise SolveError(
-            f"The residual of {kind} must return a tensor, not {type(value).__name__}: it defines "
-            "no derivative, so it is called with tensors and differentiated by torch."
+            f"The residual of {kind} must return a tensor, not {type(value).__name__}: {kind} "
+            "defines no derivative, so it is called with tensors and differentiated by torch."
         )
     if value.is_complex():
         raise SolveError(f"The residual of {kind} must be real numbers, not {value.dtype}.")

@@ -1,4 +1,4 @@
-"""One descent of an energy: the solver, run from one place."""
+"""One descent of an energy: the solver, run from one point."""
 
 from __future__ import annotations
 

@@ -45,6 +45,7 @@ class Target(Term):
 
     @property
     def handles(self) -> tuple[Handle, ...]:  # type: ignore[override]
+        """The handle, as a tuple."""
         return (self.handle,)
 
     def bind(self, text: Text) -> Term:
@@ -199,7 +200,7 @@ class Collinear(Term):
         normal, length = self._line(points)
         direction = np.array([normal[1], -normal[0]])
         offset = points[1:-1] - points[0]
-        # Turning the line about its start by the last point's move across it.
+        # If the last point moves across the line, the line turns about its start.
         turn = (offset @ direction / length)[:, None] * normal
         inner = len(offset)
         by = np.zeros((inner, len(points), 2))
@@ -241,6 +242,7 @@ class Distance(Term):
 
     @property
     def handles(self) -> tuple[Handle, ...]:  # type: ignore[override]
+        """Both handles."""
         return (self.first, self.second)
 
     def bind(self, text: Text) -> Term:

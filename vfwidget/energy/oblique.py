@@ -3,7 +3,7 @@
 There a region begins at a plane of *final* coordinates, and that plane is oblique in the unknowns.
 The solver takes kinks to be parallel to the axes, so it may stop on such planes although the cost
 falls along them. Where a descent has ended so, steps of a model that knows the planes
-(:mod:`.planes`) are tried, and the descent goes on from the best place that they reach. If the
+(:mod:`.planes`) are tried, and the descent goes on from the best point that they reach. If the
 model has no step that lowers the cost, the descent has converged.
 """
 
@@ -96,7 +96,7 @@ class _Search:
     Attributes
     ----------
     x, cost : (N,) array, float
-        The best place so far.
+        The best point so far.
     limit : Outcome or None
         Why the search was ended although it could go on.
     """

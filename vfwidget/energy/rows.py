@@ -1,4 +1,4 @@
-"""The residual of a located term as a function of the place, and the chain rule (Eq. 3)."""
+"""The residual of a located term as a function of the unknowns, and the chain rule (Eq. 3)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Derivative:
 
 
 class Rows(Protocol):
-    """A weighted residual as a function of the place."""
+    """A weighted residual as a function of the unknowns, block by block."""
 
     def residual(self, place: Mapping[str, Array]) -> Array:
         """The residual (r,), times the square root of the term's weight."""

@@ -1,15 +1,15 @@
-r"""The terms of an energy: :math:`E = \sum_i w_i \|F_i\|^2` over a place (Eq. 4).
+r"""The terms of an energy: :math:`E = \sum_i w_i \|F_i\|^2` over the unknowns (Eq. 4).
 
 Most terms are functions of a few outline points. Such a term names its handles and gives its
 residual, and where it can the derivative of that residual. The chain rule through the text
 (Eq. 3) is applied by the package, so the cost of a term depends on its few points and not on the
 size of the outline.
 
-Two steps are kept apart. :meth:`Term.bind` takes from the text what the term holds on to, once,
-before a solve: the position of a pin, say. :meth:`Term.locate` finds the quantities that the
-residual depends on at a place: which points, or which planes between letters that touch. It runs
-once for a term that always acts on the same points, and again between the steps of the solver for
-a term whose points change (``moving``).
+There are two steps. :meth:`Term.bind` runs once, before a solve, and takes from the text what the
+term holds on to, for example the position of a pin. :meth:`Term.locate` finds the quantities that
+the residual depends on, for example the planes between letters that touch. It runs once for a term
+that always acts on the same points. If the points change (``moving``), it runs again between the
+steps of the solver.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Term:
         evaluated faster. :func:`check_derivative` finds a term that is not.
     moving : bool
         Set it to True where :meth:`locate` may find other points, or another number of
-        residuals, at another place. It is then called again after every step of the solver.
+        residuals, at another location. It is then called again after every step of the solver.
 
     Examples
     --------
@@ -135,7 +135,7 @@ class Term:
         return text.point_set(self.handles)
 
     def locate(self, text: Text) -> Rows | None:
-        """The term's residual as a function of the place, with the points it has at ``text``.
+        """The term's residual as a function of the unknowns, with the points it has at ``text``.
 
         By default this calls :meth:`residual` and :meth:`derivative`. A term that has no residual,
         but only a :meth:`proximity`, returns None.
@@ -222,13 +222,14 @@ def amount(miss: float) -> str:
 
 
 class TermResult(NamedTuple):
-    """One term, evaluated at the place where a solve ended.
+    """One term, evaluated where a solve ended.
 
     Attributes
     ----------
     term : Term
     miss : float or None
-        How far its goal is missed, in font units; None for a term without a goal.
+        How far its goal is missed, in the unit of :meth:`Term.miss`; None for a term without a
+        goal.
     cost : float
         Its share of E, in squared font units.
     """

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StayClose(Term):
-    """Stay near a place of the design space: λ ‖Θ − Θ₀‖² (Sec. 5.1).
+    """Stay near a location of the design space: λ ‖Θ − Θ₀‖² (Sec. 5.1).
 
-    Among the many places that meet the other terms equally well it selects the nearest. It acts
-    on the axes only, and not on the offsets of letters.
+    If many locations meet the other terms equally well, it selects the nearest. It acts on the
+    axes only, and not on the offsets of letters.
 
     Parameters
     ----------
@@ -95,8 +95,10 @@ class AxisTarget(Term):
     Parameters
     ----------
     axes : mapping of tag to user value
+        Axes that are not in it are not pulled.
     letter : int, optional
-        The letter whose axes are pulled, where each has its own. Default: all letters.
+        Index of the letter whose axes are pulled, in a text with axes for each letter. Default:
+        all letters.
     weight : float
         In squared font units per squared normalized unit. By default the way from the default to
         the end of an axis counts as much as 100 font units.
@@ -183,7 +185,7 @@ class Area(Term):
 
     Notes
     -----
-    The area is that of the ink, so places at which contours or letters overlap count once. The
+    The area is that of the ink, so an area that several contours or letters cover counts once. The
     area of a colour glyph is that of its layers, and their colours do not matter. The area is exact
     (:mod:`vfwidget.outline.area`). The residual is the excess of the area, divided by the square
     root of the goal; it is in font units as those of other terms.

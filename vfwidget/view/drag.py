@@ -23,7 +23,7 @@ RELEASE_ITERATIONS = 200
 RELEASE_SUBSTEPS = 3
 RESTARTS = 8
 RESTART_SECONDS = 0.15
-"""The search for a better place ends after this time, so that the kernel stays ready."""
+"""The search for a better result ends after this time, so that the kernel stays ready."""
 
 
 def solve_drag(
@@ -36,7 +36,7 @@ def solve_drag(
     ties: Ties = (),
     held: Held | None = None,
 ) -> Followed:
-    """Solve for the place to which the outline is dragged.
+    """Solve for the axis values that bring the outline to where it is dragged.
 
     Everything is measured from the press, so that the path of the pointer does not matter.
 
@@ -49,8 +49,8 @@ def solve_drag(
     target : Target, optional
         Without it, the axes only move to meet the constraints.
     released : bool
-        Whether the pointer was released. Only then does the solver also look for a better place
-        away from this one, because while the pointer moves, the letter must not jump.
+        Whether the pointer was released. Only then does the solver also look for a better result
+        farther away, because while the pointer moves, the letter must not jump.
     keep : NoOverlap, optional
         What must not overlap. The text then moves only as far as its way is free.
     ties : sequence of sequences of int

@@ -16,7 +16,7 @@ from .constraints import place
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """What a person has made in an editor.
+    """The text of an editor, and what a person has pinned, locked and constrained.
 
     Attributes
     ----------
