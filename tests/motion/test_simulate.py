@@ -307,6 +307,20 @@ def test_an_interrupted_simulation_keeps_the_frames_so_far() -> None:
     assert 4 < len(short) < 10
 
 
+def test_a_named_instance_can_be_the_rest_state() -> None:
+    font = vf.load_font("recursive")
+    bold = next(one for one in font.instances if one.axes["wght"] == 800)
+    text = vf.Text(font, "no")
+    apart = text.at(shared=False)
+    frames = [simulated(text, 3, rest=rest) for rest in (bold.axes, bold, bold.name)]
+    assert (frames[0].theta[-1] != frames[0].theta[0]).any()
+    for each in frames[1:]:
+        np.testing.assert_array_equal(each.theta, frames[0].theta)
+    lists = [simulated(apart, 3, rest=[rest, rest]) for rest in (bold.axes, bold, bold.name)]
+    for each in lists[1:]:
+        np.testing.assert_array_equal(each.theta, lists[0].theta)
+
+
 def test_an_animation_can_be_the_rest_state_and_an_obstacle() -> None:
     text = vf.Text("afacad-flux", "n", axes={"wght": 500})
     theta = np.stack([text.theta.numpy(), text.at(axes={"wght": 700}).theta.numpy()])

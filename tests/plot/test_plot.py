@@ -140,6 +140,27 @@ def test_text_from_a_font_is_shown_as_it_is():
     assert plot.outline("recursive", " ").get_title() == "space in Recursive Sans Linear Light"
 
 
+def test_named_instances_are_the_axes_of_a_figure():
+    font = vf.load_font("recursive")
+    instance = font.instances[5]
+    calls = {
+        "gallery": lambda axes: plot.gallery(font, "a", "wght", axes=axes),
+        "outline": lambda axes: plot.outline(font, "a", axes),
+        "delta_sets": lambda axes: plot.delta_sets(font, "a", axes),
+        "scalars": lambda axes: plot.scalars(font, "a", "wght", "slnt", axes),
+        "jacobian": lambda axes: plot.jacobian(font, "a", axes),
+        "axis_effect": lambda axes: plot.axis_effect(font, "a", axes),
+        "settings": lambda axes: plot.settings(font, "k", axes),
+    }
+    for name, call in calls.items():
+        drawn = []
+        for axes in (instance.axes, instance, instance.name):
+            call(axes)
+            drawn.append(sorted(visible_texts(plt.gcf())[0].tolist()))
+            plt.close()
+        assert drawn[0] == drawn[1] == drawn[2], name
+
+
 def test_unknown_names_are_clear_errors():
     font = vf.load_font("recursive")
     for figure in (

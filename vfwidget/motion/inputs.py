@@ -10,12 +10,15 @@ import numpy as np
 
 from ..arrays import Array, to_array
 from ..errors import AxisError, MotionError
+from ..font import NamedInstance
 from ..text import Text
 from .animation import Animation
 from .numbers import read_number
 
 LEAST_MASS = 1e-12
 """The roots of smaller masses are lost to rounding."""
+ONE_VECTOR = (Mapping, NamedInstance, str)
+"""The types of axis values for one axis vector."""
 
 
 def read_masses(value: Any, letters: int) -> Array:
@@ -84,7 +87,7 @@ def read_rest(value: Any, text: Text) -> Array:
             )
         return value.coordinates
     try:
-        if isinstance(value, Mapping | str) or _is_list_of_mappings(value):
+        if isinstance(value, ONE_VECTOR) or _is_list(value):
             return text.at(axes=value).coordinates
         return text.at(theta=value).coordinates
     except (AxisError, TypeError) as error:
@@ -121,8 +124,9 @@ def over_time(value: Any) -> Any:
     return value.at if isinstance(value, Animation) else value
 
 
-def _is_list_of_mappings(value: Any) -> bool:
-    return isinstance(value, list | tuple) and bool(value) and isinstance(value[0], Mapping | str)
+def _is_list(value: Any) -> bool:
+    """Whether a value holds axis values for each letter, and not coordinates."""
+    return isinstance(value, list | tuple) and bool(value) and isinstance(value[0], ONE_VECTOR)
 
 
 def _numbers(name: str, value: Any, shapes: list[tuple[int, ...]]) -> Array:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +10,7 @@ from matplotlib.axes import Axes
 from ..arrays import Array, to_array
 from ..errors import VFWidgetError
 from ..font import Axis, Font, load_font
+from ..text import AxisValues
 from .canvas import (
     BLUE,
     GREY,
@@ -124,7 +124,7 @@ def _corners(axis: Axis) -> tuple[Array, Array, Array]:
 def axis_effect(
     font: Font,
     glyph: str | int,
-    axes: Mapping[str, Any] | None = None,
+    axes: AxisValues | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the distance by which each single axis can move the control points of a glyph.
@@ -134,7 +134,7 @@ def axis_effect(
     font : Font or what :func:`vfwidget.load_font` takes
     glyph : str or int
         A character, a glyph name or a glyph id.
-    axes : mapping of tag to user value, optional
+    axes : axis values, as for :class:`vfwidget.Text`, optional
         User values of the axes that are held fixed while one axis runs through its range; the
         default instance if omitted.
     ax : matplotlib Axes, optional

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 
 from ..arrays import to_array
 from ..errors import VFWidgetError
 from ..font import Axis, Font, load_font
+from ..text import AxisValues
 from .canvas import BLUE, around, caption, draw_glyph, ink, plain
-from .subject import axis_index, axis_label, location, takes_part, title, two_axes
+from .subject import axis_index, axis_label, given, location, takes_part, title, two_axes
 
 GAP = 0.12
 """Distance between glyphs, in em."""
@@ -24,7 +22,7 @@ def gallery(
     tag: str,
     tag2: str | None = None,
     count: int = 5,
-    axes: Mapping[str, Any] | None = None,
+    axes: AxisValues | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw a glyph along one axis, or over two axes (Fig. 2, and the inset of Sec. 3).
@@ -39,7 +37,7 @@ def gallery(
     count : int
         Number of values of each axis, at least 2. They have equal steps in user coordinates over
         the whole range; the inner value nearest to the default is replaced by the default.
-    axes : mapping of tag to user value, optional
+    axes : axis values, as for :class:`vfwidget.Text`, optional
         User values of the other axes; the default instance if omitted.
     ax : matplotlib Axes, optional
         The Axes to draw in. By default the function makes a new figure.
@@ -67,7 +65,8 @@ def gallery(
     across = [font.axes[i] for i in shown]
     stops = [_stops(axis, count) for axis in across]
     location(font, axes)  # raises AxisError if an axis is wrong
-    fixed = {other: value for other, value in (axes or {}).items() if other not in (tag, tag2)}
+    values = given(font, axes).items()
+    fixed = {other: value for other, value in values if other not in (tag, tag2)}
     instances = []
     for cell in np.ndindex(*map(len, stops)):
         users = {axis.tag: stop[k] for axis, stop, k in zip(across, stops, cell, strict=True)}

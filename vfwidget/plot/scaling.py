@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ from matplotlib.axes import Axes
 
 from ..arrays import Array, to_array
 from ..font import Font, Glyph, load_font
+from ..text import AxisValues
 from .canvas import (
     BLUE,
     COLOURS,
@@ -132,7 +132,7 @@ def scalars(
     glyph: str | int,
     tag: str,
     tag2: str,
-    axes: Mapping[str, Any] | None = None,
+    axes: AxisValues | None = None,
     surface: bool = False,
     ax: Axes | None = None,
 ) -> Panels:
@@ -147,7 +147,7 @@ def scalars(
         A character, a glyph name or a glyph id.
     tag, tag2 : str
         The horizontal axis and the vertical axis.
-    axes : mapping of tag to user value, optional
+    axes : axis values, as for :class:`vfwidget.Text`, optional
         The instance that a dot marks; the default instance if omitted. It also fixes the axes
         that are not shown.
     surface : bool
@@ -238,9 +238,7 @@ def _surface(panel: Any, grids: list[Array], gamma: Array, walls: list[Array]) -
     panel.locator_params(nbins=2)
 
 
-def delta_sets(
-    font: Font, glyph: str | int, axes: Mapping[str, Any], ax: Axes | None = None
-) -> Panels:
+def delta_sets(font: Font, glyph: str | int, axes: AxisValues, ax: Axes | None = None) -> Panels:
     """Draw Eq. 1 as a sum: default + scaled delta sets = outline (Figs. 5a and 7, bottom).
 
     Parameters
@@ -248,7 +246,7 @@ def delta_sets(
     font : Font or what :func:`vfwidget.load_font` takes
     glyph : str or int
         A character, a glyph name or a glyph id.
-    axes : mapping of tag to user value
+    axes : axis values, as for :class:`vfwidget.Text`
         The instance.
     ax : matplotlib Axes, optional
         An Axes of a ``plt.subplots`` grid; the panels are drawn in its place. By default the

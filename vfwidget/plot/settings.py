@@ -14,7 +14,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from ..arrays import Array, to_array
 from ..font import Axis, Font, load_font
-from ..text import Text
+from ..text import AxisValues, Text
 from .canvas import COLOURS, GREY, Panels, caption, draw_glyph, ink, panels, plain
 from .subject import axis_label, left_out, location, text_title
 
@@ -49,7 +49,7 @@ class Side(NamedTuple):
 def settings(
     font_or_text: Font | Text,
     string: str | None = None,
-    axes: Mapping[str, Any] | None = None,
+    axes: AxisValues | None = None,
     ax: Axes | None = None,
 ) -> Panels:
     """Draw the boxes of the design space in which a text has one row of glyphs.
@@ -63,7 +63,7 @@ def settings(
     font_or_text : Font, Text or what :func:`vfwidget.load_font` takes
     string : str
         A character or a text. Omit it for a Text.
-    axes : mapping of tag to user value, optional
+    axes : axis values, as for :class:`vfwidget.Text`, optional
         User values of the axes that choose no glyph; those of the Text, or the default, if
         omitted.
     ax : matplotlib Axes, optional

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from ..arrays import Array, to_array
 from ..errors import GlyphError
 from ..font import Font, Glyph, load_font
 from ..outline.cubics import AREA
-from ..text import Text
+from ..text import AxisValues, Text
 from .canvas import (
     BLUE,
     GREEN,
@@ -61,7 +60,7 @@ def outline(
     glyph : str or int, optional
         A character, a glyph name or a glyph id. For a text it selects a letter by its index (as
         in :meth:`vfwidget.Text.handle`), character or glyph name; all letters if omitted.
-    axes : mapping of tag to user value, optional
+    axes : axis values, as for :class:`vfwidget.Text`, optional
         The instance. If omitted, the default instance of a font, or the axes of a text. For a
         text, anything that :meth:`vfwidget.Text.at` accepts.
     samples : int
@@ -177,7 +176,7 @@ def _blank(font: Font, points: Array) -> list[Array]:
 def jacobian(
     font: Font,
     glyph: str | int,
-    axes: Mapping[str, Any] | None = None,
+    axes: AxisValues | None = None,
     ax: Axes | None = None,
 ) -> Panels:
     """Draw the motion of each point by each axis: the columns of ∂p/∂w as arrows.
@@ -187,7 +186,7 @@ def jacobian(
     font : Font or what :func:`vfwidget.load_font` takes
     glyph : str or int
         A character, a glyph name or a glyph id.
-    axes : mapping of tag to user value, optional
+    axes : axis values, as for :class:`vfwidget.Text`, optional
         The instance; the default instance if omitted.
     ax : matplotlib Axes, optional
         An Axes of a ``plt.subplots`` grid; the panels are drawn in its place. By default the

@@ -11,16 +11,22 @@ from ..arrays import Array, BoolArray, to_array
 from ..errors import AxisError
 from ..font import Axis, Font, Glyph
 from ..outline.variation import Regions
-from ..text import Text
+from ..text import AxisValues, Text
+from ..text.inputs import user_values
 from .canvas import plain, showable
 
 OFFSET = 1e-6
 """Distance, in normalized units, at which a function is evaluated on either side of a kink."""
 
 
-def location(font: Font, axes: Mapping[str, Any] | None) -> Array:
+def given(font: Font, axes: AxisValues | None) -> Mapping[str, Any]:
+    """User values by tag; none if ``axes`` is omitted."""
+    return {} if axes is None else user_values(font, axes)
+
+
+def location(font: Font, axes: AxisValues | None) -> Array:
     """Convert user values to normalized coordinates (n,)."""
-    return to_array(font.normalize(axes if axes is not None else {}))
+    return to_array(font.normalize(given(font, axes)))
 
 
 def axis_index(font: Font, tag: str) -> int:
@@ -56,11 +62,11 @@ def axis_label(axis: Axis) -> str:
     return plain(f"{axis.tag} ({axis.name})" if named else axis.tag)
 
 
-def title(font: Font, key: Any, glyph: Glyph, axes: Mapping[str, Any] | None = None) -> str:
+def title(font: Font, key: Any, glyph: Glyph, axes: AxisValues | None = None) -> str:
     """Title of a figure: the character or name of a glyph, its font and its axes."""
     character = isinstance(key, str) and len(key) == 1 and not key.isspace() and showable(key)
     name = f"“{plain(key)}”" if character else plain(glyph.name)
-    return f"{name} in {plain(font.family_name)}{_where(font, axes or {})}"
+    return f"{name} in {plain(font.family_name)}{_where(font, given(font, axes))}"
 
 
 def text_title(text: Text) -> str:

@@ -46,13 +46,19 @@ def read_axes(
             f"Axis values must be one mapping or instance, or {count} of them for this text; "
             f"received {axes!r}."
         )
-    mappings = [_values(font, row) for row in rows]
+    mappings = [user_values(font, row) for row in rows]
     theta = np.stack([to_array(font.normalize(row)) for row in mappings])
     return theta, [_complete(font, row) for row in mappings]
 
 
-def _values(font: Font, row: Any) -> Mapping[str, Any]:
-    """User values by tag, from a mapping, an instance or the name of an instance."""
+def user_values(font: Font, row: Any) -> Mapping[str, Any]:
+    """User values by tag, from a mapping, an instance or the name of an instance.
+
+    Raises
+    ------
+    AxisError
+        It is none of these, or the font has no such instance.
+    """
     if isinstance(row, str):
         named = {instance.name: instance for instance in font.instances}
         if row not in named:
