@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from typing import Any
 
-import numpy as np
 import pytest
-import torch
-from PIL import Image
+from drawn import differing
 
-import vfwidget as vf
-
-SIZE = 200
-HALF_COVERED = 0.4
-"""A pixel differs if its coverage differs by more; edges differ by less."""
 CASES = {
     "transforms": '<g transform="translate(100 20) rotate(30)"><g transform="scale(1.5 .5)">'
     '<rect x="5" y="5" width="40" height="60" transform="rotate(10 20 20) skewX(20)"/></g></g>',
@@ -109,22 +100,6 @@ CASES = {
 }
 
 
-def coverage(image: bytes) -> np.ndarray:
-    """The ink of a picture, black on nothing, in 0 … 1."""
-    pixels = np.asarray(Image.open(io.BytesIO(image)).convert("RGBA")) / 255
-    return pixels[..., 3] * (1 - pixels[..., :3].min(-1))
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_it_is_what_a_browser_draws(name: str, browser: Any) -> None:
-    size = f'width="{SIZE}" height="{SIZE}"'
-    source = f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{CASES[name]}</svg>'
-    page = browser.new_page(viewport={"width": SIZE, "height": SIZE})
-    page.goto("data:image/svg+xml;base64," + base64.b64encode(source.encode()).decode())
-    drawn = coverage(page.screenshot(omit_background=True))
-    page.close()
-    contours = [torch.tensor(contour) for contour in vf.Artwork(source).contours]
-    down = np.array([[1.0, 0, 0], [0, -1, 0]])
-    ours = vf.rasterize(contours, size=(SIZE, SIZE), transform=down).numpy()
-    assert drawn.sum() > 1000
-    assert (abs(ours - drawn) > HALF_COVERED).sum() <= 8
+    assert differing(CASES[name], browser) <= 8

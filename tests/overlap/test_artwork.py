@@ -163,20 +163,9 @@ def test_enormous_coordinates_are_refused(size, shape):
         artwork(shape.format(size))
 
 
-@pytest.mark.parametrize(
-    ("body", "message"),
-    [
-        ('<rect width="1e308" height="1e308" transform="scale(9)"/>', "a coordinate of inf"),
-        (
-            '<rect width="3" height="1" transform="rotate(1) matrix(1)"/>',
-            r"matrix\(1\)' cannot be read; ",
-        ),
-        ('<rect width="3" height="1" transform="rotate(a)"/>', r"rotate\(a\)' cannot be read; "),
-    ],
-)
-def test_messages_name_what_is_wrong(body, message):
-    with pytest.raises(vf.OverlapError, match=message):
-        artwork(body)
+def test_an_infinite_coordinate_is_named():
+    with pytest.raises(vf.OverlapError, match="a coordinate of inf"):
+        artwork('<rect width="1e308" height="1e308" transform="scale(9)"/>')
 
 
 def test_many_shapes_are_joined_at_once():

@@ -30,8 +30,10 @@ class Artwork:
     """The shapes of an SVG, as an obstacle that letters avoid.
 
     Fills, strokes (as areas of their width, with their joins, caps and dashes), transforms, groups,
-    symbols, ``use``, clip paths, markers, and style sheets within the file are read. What lies
-    outside the document's width and height is cut off, if both are stated. Text, images and
+    symbols, ``use``, clip paths, markers, and style sheets within the file are read. Transforms
+    may be attributes, or the properties ``transform``, ``translate``, ``rotate`` and ``scale`` in
+    the plane. Lengths may be computed by ``calc()``, ``min()``, ``max()`` and ``clamp()``. What
+    lies outside the document's width and height is cut off, if both are stated. Text, images and
     scripts are ignored, and nothing is fetched. Masks and filters have no outline, so they are
     ignored as well: a shape with a mask counts as a whole.
 
@@ -53,13 +55,15 @@ class Artwork:
     Raises
     ------
     OverlapError
-        The SVG cannot be parsed or draws nothing, is too large or too dense, or declares entities.
+        The SVG cannot be parsed or draws nothing, is too large or too dense, declares entities, or
+        states a length that depends on the window that shows it.
 
     Warns
     -----
     OverlapWarning
         An element has a mask, a filter, or another property that changes what is seen and is not
-        read; or a rule of a style sheet has a selector that is not read. The message names it.
+        read; a length or a transform cannot be read, and is ignored as browsers do it; or a rule
+        of a style sheet has a selector that is not read. The message names it.
 
     Examples
     --------

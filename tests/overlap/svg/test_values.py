@@ -34,7 +34,7 @@ def test_paints_as_in_browsers(attributes, want):
     [
         # Values that are no values leave those around, or the initial ones.
         ('stroke-width="-5"', 8 * 100),
-        ('style="stroke-width:4;stroke-width:wide"', 4 * 100),
+        ('style="stroke-width:4;stroke-width:-2"', 4 * 100),
         ('stroke-linecap="ROUND"', 8 * 100 + 16 * np.pi),
         ('stroke-dasharray="10% 10%"', 400),
         ('stroke-dasharray="1in"', 8 * 96),
@@ -110,12 +110,95 @@ def test_smooth_curves(smooth, stated):
          [(20, -10), (30, -5)]),
         ('style="transform:translate(10%,10%)"', [(20, -25), (30, -15)]),
         ('style="transform:none" transform="scale(9)"', [(10, -20), (20, -10)]),
+        ('style="transform:translate(calc(10% - 5px), max(10%, 1em))"', [(15, -36), (25, -26)]),
+        ('style="transform:translate3d(1e1px, 2mm, 3px) scale(calc(1/2))" transform="scale(9)"',
+         [(15, -10 - 192 / 25.4), (20, -5 - 192 / 25.4)]),
+        ('style="transform:scale(2,50%) translateZ(3px)"', [(20, -10), (40, -5)]),
+        ('style="translate:10% 10%"', [(20, -25), (30, -15)]),
+        ('style="translate:none;rotate:90deg;transform-origin:20px 10px"', [(10, -10), (20, 0)]),
+        ('style="rotate:z .25turn;transform-origin:20% 20%"', [(10, -10), (20, 0)]),
+        ('style="scale:2 50%;transform:translateX(5px)"', [(30, -10), (50, -5)]),
+        # Shift, turn, scale, and then the list of functions.
+        ('style="transform:translateX(5px);scale:2 1;rotate:90deg;translate:40px"',
+         [(20, -50), (30, -30)]),
+        ('style="transform:scale(2);transform-box:fill-box"', [(10, -30), (30, -10)]),
+        ('style="rotate:90deg;transform-box:fill-box;transform-origin:right 50%"',
+         [(15, -15), (25, -5)]),
+        ('style="translate:50% 20%;transform-box:fill-box"', [(15, -22), (25, -12)]),
+        # Attributes of these names are none of SVG.
+        ('translate="40" rotate="9" scale="3"', [(10, -20), (20, -10)]),
     ],
 )  # fmt: skip
 def test_transforms_of_style_sheets(transform, box):
     shape = f'<rect x="10" y="10" {transform} width="10" height="10"/>'
     found = artwork(shape, 'viewBox="0 0 100 50"').box
     np.testing.assert_allclose(found, box, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "transform",
+    [
+        *("bad", "rotate(9deg)", "translate(9) foo(3)", "translate(9,)", "translate(9px)"),
+        *("rotate(9 9)", "SCALE(2)", "skewx(9)", "translate(9", "translate(9),,scale(2)"),
+        *(",scale(2)", "scale(2),", "translate3d(9,9,9)", "scale(calc(2))", "scale(1e999)"),
+    ],
+)
+def test_a_transform_that_cannot_be_read_is_ignored(transform):
+    with pytest.warns(vf.OverlapWarning, match=r"transform='.*' of a <g>"):
+        box = artwork(f'<g transform="{transform}"><rect width="2" height="1"/></g>').box
+    np.testing.assert_array_equal(box, [(0, -1), (2, 0)])
+
+
+@pytest.mark.parametrize(
+    "transform",
+    [
+        *("translate(9,9)", "translate(9px),scale(2)", "translate (9px)", "translate(9px 9px)"),
+        *("rotate(9)", "rotate(9px)", "scale(1px)", "scale(2,2,2)", "scale(calc(2)", "rotateX(0)"),
+        *("perspective(9px)", "none scale(2)", "translate(calc(9px + 9))", "translateZ(50%)"),
+    ],
+)
+def test_a_transform_of_a_style_sheet_that_cannot_be_read_is_ignored(transform):
+    shape = f'<rect width="2" height="1" transform="scale(3)" style="transform:{transform}"/>'
+    with pytest.warns(vf.OverlapWarning, match=r"transform: .* of a <rect>"):
+        box = artwork(shape).box
+    np.testing.assert_array_equal(box, [(0, -3), (6, 0)])
+
+
+@pytest.mark.parametrize(
+    ("value", "want"),
+    [
+        ("calc(50px)", 50),
+        ("calc(50)", 50),
+        ("calc(50% + 10px)", 60),
+        ("calc( 10px - 20px*-2 )", 50),
+        ("calc((10px + 5px)*2)", 30),
+        ("calc(2*(3 + 4)*2px/7)", 4),
+        ("min(50px, 20%)", 20),
+        ("max(50px, 70%, 1em)", 70),
+        ("clamp(60px, 50px, 40px)", 60),
+        ("Clamp(10px, 50%, 40px)", 40),
+        ("CALC(10PX + calc(2EM))", 42),
+        ("calc(10px - -5px)", 15),
+        ("calc(1em + 1rem)", 32),
+        ("calc(1e1px*2)", 20),
+    ],
+)
+def test_lengths_that_are_computed(value, want):
+    assert area(f'<rect width="{value}" height="1"/>', 'viewBox="0 0 100 9"') == pytest.approx(want)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        *("calc()", "calc(5 + 3px)", "calc(10px+5px)", "calc(10px +5px)", "calc(3px*3px)"),
+        *("calc(9/3px)", "(10px)", "calc(1px, 2px)", "min()", "clamp(1px, 2px)", "calc(1px 2px)"),
+        *("calc(10px/0)", "calc(10px + 5deg)", "calc(5px))", "calc(1px +)", "calc(* 2)", "calc"),
+        *("calc(" * 150 + "1px" + ")" * 150, "(" * 900, "calc(" + "1*" * 480, "-(5px)"),
+    ],
+)
+def test_expressions_that_are_none_are_ignored(value):
+    with pytest.warns(vf.OverlapWarning, match=r"width='.*cannot be read|cannot be read.*width='"):
+        assert area(f'{ONE}<rect width="{value}" height="9"/>') == pytest.approx(1)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +209,18 @@ def test_transforms_of_style_sheets(transform, box):
             r"selectors are not read: 'rect \+ rect'; ",
         ),
         ('<rect width="1" height="1" clip-path="circle(3px)"/>', "the clip-path of a <rect>"),
-        ('<rect width="1" height="1" style="rotate:9deg"/>', "the rotate of a <rect>"),
+        (
+            '<rect width="1" height="1" style="rotate:x 9deg"/>',
+            "ignored: rotate: x 9deg of a <rect>. State",
+        ),
+        (
+            '<rect width="1" height="1" transform="rotate(9deg)"/>',
+            r"ignored: transform='rotate\(9deg\)' of a <rect>. State",
+        ),
+        (
+            '<rect width="1" height="1" style="rotate:0deg;transform-box:stroke-box"/>',
+            "the transform-box of a <rect>",
+        ),
     ],
 )
 def test_what_is_not_read_is_said(body, said):

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import re
 
-from .parts import NUMBER
+from .maths import NUMBER, words
+from .parts import LENGTHS, LONG, is_length
+from .transforms import STYLED, matrix_of
 
 HEX = re.compile(r"#(?:[0-9a-f]{3,4}|[0-9a-f]{6}|[0-9a-f]{8})")
 FUNCTION = re.compile(
@@ -34,6 +36,7 @@ KEYWORDS = {
 """The values of properties that are words."""
 SHARES = frozenset({"opacity", "fill-opacity", "stroke-opacity", "stroke-miterlimit"})
 """Properties that are numbers."""
+NOT_BELOW_ZERO = frozenset({"stroke-width", "width", "height", "r", "rx", "ry"})
 INITIAL = {
     "fill": "black",
     "stroke": "none",
@@ -62,7 +65,8 @@ def accepted(name: str, value: str) -> str | None:
     """The value of a property in the form in which it is read; None if it is to be ignored."""
     word = value.lower()
     if word in WIDE:
-        return INITIAL.get(name) if word == "initial" else "inherit"
+        initial = INITIAL.get(name, "auto" if name in LENGTHS else None)
+        return initial if word == "initial" else "inherit"
     if "var(" in word or "env(" in word:
         return value  # What it stands for is not known.
     if name in KEYWORDS:
@@ -77,8 +81,17 @@ def accepted(name: str, value: str) -> str | None:
         return (value if url else word) if (url and not other) or is_paint(other) else None
     if name == "color":
         return word if is_paint(word) and word not in ("none", "currentcolor") else None
-    if name == "stroke-width":
-        return None if word.startswith("-") or word[:1] not in "+.0123456789c" else value
+    if name in LENGTHS:
+        below = name in NOT_BELOW_ZERO and word.startswith("-")
+        wrong = below or not is_length(value) or (name == "stroke-width" and word == "auto")
+        return None if wrong else value
+    if name == "stroke-dasharray":
+        dashes = [one for part in words(word, ",") for one in words(part) or [""]]
+        wrong = any(dash[:1] in ("-", "a") or not is_length(dash) for dash in dashes)
+        return None if wrong and word != "none" else value
+    if name == "transform" or name in STYLED.values():
+        # One that is too long is refused where it is used.
+        return None if len(value) <= LONG and matrix_of(name, value) is None else value
     if name == "display":
         return word
     return value

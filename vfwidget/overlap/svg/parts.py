@@ -8,12 +8,15 @@ from typing import NamedTuple
 
 from ...arrays import Array
 from ...errors import OverlapError
+from .maths import Measure, Unit, computed
 
 WIDE, HIGH = (
     frozenset({"x", "x1", "x2", "cx", "rx", "width"}),
     frozenset({"y", "y1", "y2", "cy", "ry", "height"}),
 )
 """Attributes whose percentages are of the viewport's width, or of its height."""
+LENGTHS = WIDE | HIGH | {"r", "stroke-width", "stroke-dashoffset"}
+"""Attributes that are lengths."""
 FONT_SIZE = 16.0
 """The unit em, where no size of a font is stated."""
 INCH = 96.0
@@ -24,9 +27,10 @@ UNITS = {
 """Units of length, in pixels."""
 BY_FONT = {"em": 1.0, "rem": 1.0, "ex": 0.5, "ch": 0.5}
 """Units of length, in sizes of a font."""
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-LENGTH = re.compile(rf"({NUMBER})(%|[a-z]*)", re.IGNORECASE | re.ASCII)
-WORD = re.compile(r"[a-z-]*", re.IGNORECASE)
+OF_WINDOW = re.compile(r"[0-9.](?:[sld]?v|cq)(?:w|h|i|b|min|max)\b", re.IGNORECASE)
+"""Units that depend on the window in which the document is shown."""
+LONG = 1_000
+"""Characters of a property that is read; it may be read again for each use of an element."""
 
 
 class Drawn(NamedTuple):
@@ -65,38 +69,54 @@ def number(value: str | None, default: float) -> float:
     return number if math.isfinite(number) else default
 
 
+def lengths(side: float, font: tuple[float, float] = (FONT_SIZE, FONT_SIZE)) -> Unit:
+    """What units of length are: percentages are of a side.
+
+    The sizes of the fonts of the element and of the document are the units em and rem.
+    """
+
+    def unit(size: float, unit: str) -> Measure | None:
+        small = unit.lower()
+        if small in BY_FONT:
+            return Measure(size * BY_FONT[small] * font[small == "rem"], "length")
+        if small == "%":
+            return Measure(size / 100 * side, "length")
+        pixels = UNITS.get("Q" if small == "q" else small)
+        return None if pixels is None else Measure(size * pixels, "length" if unit else "")
+
+    return unit
+
+
 def length(
     name: str,
     value: str,
     whole: tuple[float, float],
     font: tuple[float, float] = (FONT_SIZE, FONT_SIZE),
 ) -> float | None:
-    """A length in units of the coordinate system; None for a word such as ``auto``.
+    """A length in units of the coordinate system; None if it is no length, such as ``auto``.
 
     Percentages are of a viewport with the size ``whole``. The sizes of the fonts of the element
     and of the document are the units em and rem.
+
+    Raises
+    ------
+    OverlapError
+        The length depends on the window in which the document is shown.
     """
-    value = value.strip()
-    found = LENGTH.fullmatch(value)
-    if not found:
-        if WORD.fullmatch(value):
-            return None
-        raise OverlapError(_unread(name, value))
-    size, unit = float(found[1]), "Q" if found[2] in "qQ" and found[2] else found[2].lower()
-    if unit in BY_FONT:
-        return size * BY_FONT[unit] * font[unit == "rem"]
-    if unit in UNITS:
-        return size * UNITS[unit]
-    if unit != "%":
-        raise OverlapError(_unread(name, value))
     width, height = whole
-    if name in WIDE:
-        return size / 100 * width
-    return size / 100 * (height if name in HIGH else math.hypot(width, height) / 2**0.5)
-
-
-def _unread(name: str, value: str) -> str:
-    return (
-        f"The length {name}={value!r:.80} of the SVG cannot be read; give a number with one of the "
-        f"units {', '.join([*filter(None, UNITS), *BY_FONT])} and %."
+    both = math.hypot(width, height) / 2**0.5
+    found = computed(
+        value, lengths(width if name in WIDE else height if name in HIGH else both, font)
     )
+    if found is None and OF_WINDOW.search(value):
+        raise OverlapError(
+            f"The length {name}={value!r:.80} of the SVG depends on the window that shows it; give "
+            f"a number with one of the units {', '.join([*filter(None, UNITS), *BY_FONT])} and %."
+        )
+    return found and found.size
+
+
+def is_length(value: str) -> bool:
+    """Whether a value is a length, or the word that leaves a length open."""
+    known = value.lower() == "auto" or OF_WINDOW.search(value) is not None
+    return known or length("", value, (1.0, 1.0)) is not None

@@ -9,18 +9,16 @@ from xml.etree import ElementTree
 
 from ...errors import OverlapError
 from .paint import accepted
+from .parts import LENGTHS, LONG, is_length
+from .transforms import STYLED
 
 NAMESPACES = ("", "http://www.w3.org/2000/svg")
 MOST_RULES = 1_000
 """Rules of style sheets that are read."""
-LONG = 1_000
-"""Characters of a property that is read; it may be read again for each use of an element."""
 MOST_PARTS = 20
 """Parts of a selector that is read."""
 SHAPING = frozenset({"d", "points", "transform"})
 """Attributes that may be longer."""
-STYLED = "style transform"
-"""The key of a transform that a style sheet states; its grammar is not that of the attribute."""
 IMPORTANT = re.compile(r"\s*!\s*important\s*$", re.IGNORECASE)
 NAMES = re.compile(r"([.#])([\w-]+)")
 ATTRIBUTES = re.compile(r"""\[\s*([\w:-]+)\s*(?:=\s*("[^"]*"|'[^']*'|[\w-]+)\s*)?\]""")
@@ -54,6 +52,8 @@ class Styles:
         self.unread: dict[str, None] = {}
         """Selectors that are not read."""
         self._rules = _rules("\n".join(sheets), self.unread)
+        self.dropped: dict[ElementTree.Element, list[str]] = {}
+        """What elements state of their form and place that cannot be read."""
         self._root = root
         self._known: dict[_Within, dict[str, str]] = {}
         self._reached: dict[_Within, list[_Reached]] = {}
@@ -83,11 +83,17 @@ class Styles:
         declared = [pair for rule in self._matching(element, top) for pair in rule.pairs]
         declared += _pairs(element.get("style", ""))
         important = [pair for pair in declared if IMPORTANT.search(pair[1])]
-        own = dict[str, str]()
+        own, dropped = dict[str, str](), list[str]()
         for name, value in element.attrib.items():
-            _state(own, name, value.strip() if name not in SHAPING else value)
+            value = value if name in SHAPING else value.strip()
+            if not _state(own, name, value) and _is_told(name, value):
+                dropped.append(f"{name}={value!r:.80}")
         for name, value in [*declared, *important]:
-            _state(own, STYLED if name == "transform" else name, IMPORTANT.sub("", value))
+            value = IMPORTANT.sub("", value)
+            if not _state(own, STYLED.get(name, name), value) and _is_told(name, value):
+                dropped.append(f"{name}: {value:.80}")
+        if dropped:
+            self.dropped[element] = dropped
         if "marker" in own:
             own = {f"marker-{kind}": own["marker"] for kind in ("start", "mid", "end")} | own
         return {name: value for name, value in own.items() if value != "inherit"}
@@ -218,13 +224,19 @@ def _inside(rule: _Rule, before: _Reached, facts: _Facts) -> _Reached:
     return _Reached(here, before.within | here)
 
 
-def _state(own: dict[str, str], name: str, value: str) -> None:
+def _state(own: dict[str, str], name: str, value: str) -> bool:
     """Take a value into the properties of an element, if it is one that is accepted."""
     if len(value) > LONG and name not in SHAPING:
-        return
+        return False
     found = accepted(name, value)
     if found is not None:
         own[name] = found
+    return found is not None
+
+
+def _is_told(name: str, value: str) -> bool:
+    """Whether it is said that a value is ignored; a length below 0 is meant to be."""
+    return name in STYLED or (name in LENGTHS and not is_length(value) and value != "")
 
 
 def _is_sheet(element: ElementTree.Element) -> bool:

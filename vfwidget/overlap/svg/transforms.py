@@ -8,61 +8,98 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import OverlapError
-from .parts import NUMBER, length
-from .style import LONG, STYLED
+from .maths import NUMBER, Measure, computed, words
+from .parts import FONT_SIZE, LONG, lengths
 
-FUNCTION = re.compile(r"([a-zA-Z]+)\s*\(([^()]*)\)[\s,]*", re.ASCII)
-ARGUMENT = re.compile(rf"\s*({NUMBER})(%|[a-zA-Z]*)\s*(,?)", re.ASCII)
+CALL = re.compile(r"([a-zA-Z]\w*)(\s*)\(", re.ASCII)
+ARGUMENT = re.compile(rf"\s*({NUMBER})\s*(,?)", re.ASCII)
+STYLED = {name: f"style {name}" for name in ("transform", "translate", "rotate", "scale")}
+"""The keys of transforms that a style sheet states; their grammar is not that of attributes."""
 VIEW_BOX = re.compile(rf"\s*({NUMBER})(?:\s*,\s*|\s+|(?=[+-]))" * 3 + rf"({NUMBER})\s*", re.ASCII)
 ASPECT = re.compile(r"\s*(?:none|x(Min|Mid|Max)Y(Min|Mid|Max))(?:\s+(meet|slice))?\s*")
 SHARES = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
-TURNS = {"": 1.0, "deg": 1.0, "grad": 0.9, "rad": 180 / math.pi, "turn": 360.0}
+TURNS = {"deg": 1.0, "grad": 0.9, "rad": 180 / math.pi, "turn": 360.0}
 """Units of angle, in degrees."""
 SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom": "100%"}
 DEFAULT_ASPECT = "xMidYMid"
 
 
-def transform_of(
-    own: Mapping[str, str], size: tuple[float, float], origin: tuple[float, float] = (0.0, 0.0)
-) -> Array | None:
-    """The transform that an element states, around its origin; None if it states none.
+class Frame(NamedTuple):
+    """What the lengths and the origin of a transform refer to.
 
-    Parameters
+    Attributes
     ----------
-    own : mapping of str to str
-        The attributes and properties of the element.
     size : (width, height)
-        Of the viewport, of which percentages are.
+        Of which percentages are.
     origin : (x, y)
         The point that stays in its place if the element states none.
+    corner : (x, y)
+        From where a stated origin is measured.
+    fonts : (float, float)
+        The sizes of the fonts of the element and of the document.
+    """
+
+    size: tuple[float, float]
+    origin: tuple[float, float] = (0.0, 0.0)
+    corner: tuple[float, float] = (0.0, 0.0)
+    fonts: tuple[float, float] = (FONT_SIZE, FONT_SIZE)
+
+
+NOWHERE = Frame((1.0, 1.0))
+"""Where a transform is read only to know whether it can be."""
+
+
+def transform_of(own: Mapping[str, str], frame: Frame) -> Array | None:
+    """The transform that an element states, around its origin; None if it states none.
 
     Raises
     ------
     OverlapError
-        The transform is too long, or cannot be read.
+        The transform is too long.
     """
-    styled = own.get(STYLED)
-    source = own.get("transform") if styled is None else styled
-    if not source:
+    names = [name for name in STYLED.values() if name in own]
+    if "transform" in own and STYLED["transform"] not in own:
+        names.append("transform")
+    # The order is fixed: shift, turn, scale, and then the list of functions.
+    order = [STYLED[name] for name in ("translate", "rotate", "scale", "transform")]
+    matrices = [
+        matrix_of(name, own[name], frame) for name in [*order, "transform"] if name in names
+    ]
+    found = [matrix for matrix in matrices if matrix is not None]
+    if not found:
         return None
-    if len(source) > LONG:
-        raise OverlapError(f"A transform has {len(source):,} characters; simplify the SVG.")
-    matrix = _product(source, size, styled is not None)
-    if matrix is None and source.strip().lower() == "none":
-        return None
-    if matrix is None:
-        raise OverlapError(
-            f"The transform {source!r:.100} cannot be read; state it as in translate(3, 4)."
-        )
-    around = _origin(own.get("transform-origin", ""), size) or origin
+    whole = reduce(inside, found)
+    around = _origin(own.get("transform-origin", ""), frame)
     if around == (0.0, 0.0):
-        return matrix
-    return inside(inside(shifted(*around), matrix), shifted(-around[0], -around[1]))
+        return whole
+    return inside(inside(shifted(*around), whole), shifted(-around[0], -around[1]))
+
+
+def matrix_of(name: str, value: str, frame: Frame = NOWHERE) -> Array | None:
+    """The matrix of an attribute, or of a property of a style sheet; None if it cannot be read."""
+    if len(value) > LONG:
+        raise OverlapError(f"A transform has {len(value):,} characters; simplify the SVG.")
+    if name == "transform":
+        return _product(value, frame, styled=False)
+    value = value.strip().lower()
+    if value == "none":
+        return np.eye(3, 2)
+    if name == STYLED["transform"]:
+        return _product(value, frame, styled=True) if value else None
+    parts = words(value)
+    if name == STYLED["rotate"]:
+        # A turn around an axis that comes to the front is not read.
+        parts = [part for part in parts if part != "z"] if parts.count("z") == 1 else parts
+        parts = parts[3:] if parts[:3] == ["0", "0", "1"] else parts
+    function = {"translate": "translate3d", "scale": "scale3d"}.get(name.split()[1], "rotate")
+    return _called(function, parts, frame)
 
 
 def inside(outer: Array, inner: Array) -> Array:
@@ -97,85 +134,133 @@ def _turned_around(degrees: float, x: float = 0.0, y: float = 0.0) -> Array:
 
 
 _Make = Callable[..., Array]
-FUNCTIONS: dict[str, tuple[tuple[int, ...], str, _Make]] = {
-    "matrix": ((6,), "", lambda *numbers: np.reshape(numbers, (3, 2))),
+_Functions = dict[str, tuple[tuple[int, ...], str, _Make]]
+FUNCTIONS: _Functions = {
+    "matrix": ((6,), "n", lambda *numbers: np.reshape(numbers, (3, 2))),
     "translate": ((1, 2), "xy", lambda x, y=0.0: shifted(x, y)),
-    "scale": ((1, 2), "", lambda x, y=None: scaled(x, x if y is None else y)),
-    "rotate": ((1, 3), "angle", _turned_around),
-    "skewX": ((1,), "angle", lambda angle: skewed(angle, 0.0)),
-    "skewY": ((1,), "angle", lambda angle: skewed(0.0, angle)),
+    "scale": ((1, 2), "n", lambda x, y=None: scaled(x, x if y is None else y)),
+    "rotate": ((1, 3), "a", _turned_around),
+    "skewX": ((1,), "a", lambda angle: skewed(angle, 0.0)),
+    "skewY": ((1,), "a", lambda angle: skewed(0.0, angle)),
 }
-"""By name: how many arguments a function may have, what they are, and its matrix."""
-STYLED_FUNCTIONS: dict[str, tuple[tuple[int, ...], str, _Make]] = {
-    **FUNCTIONS,
-    "rotate": ((1,), "angle", turned),
-    "translateX": ((1,), "x", lambda x: shifted(x, 0.0)),
-    "translateY": ((1,), "y", lambda y: shifted(0.0, y)),
-    "scaleX": ((1,), "", lambda x: scaled(x, 1.0)),
-    "scaleY": ((1,), "", lambda y: scaled(1.0, y)),
-    "skew": ((1, 2), "angle", lambda x, y=0.0: skewed(x, y)),
+"""By name: how many arguments a function may have, what they are (along x or y, number or angle;
+the last one stands for all that follow), and its matrix."""
+STYLED_FUNCTIONS: _Functions = {
+    **{name.lower(): function for name, function in FUNCTIONS.items()},
+    "rotate": ((1,), "a", turned),
+    "rotatez": ((1,), "a", turned),
+    "translatex": ((1,), "x", lambda x: shifted(x, 0.0)),
+    "translatey": ((1,), "y", lambda y: shifted(0.0, y)),
+    "translatez": ((1,), "z", lambda z: shifted(0.0, 0.0)),
+    "translate3d": ((1, 2, 3), "xyz", lambda x, y=0.0, z=0.0: shifted(x, y)),
+    "scalex": ((1,), "n", lambda x: scaled(x, 1.0)),
+    "scaley": ((1,), "n", lambda y: scaled(1.0, y)),
+    "scalez": ((1,), "n", lambda z: scaled(1.0, 1.0)),
+    "scale3d": ((1, 2, 3), "n", lambda x, y=None, z=1.0: scaled(x, x if y is None else y)),
+    "skew": ((1, 2), "a", lambda x, y=0.0: skewed(x, y)),
 }
-"""The same for style sheets, whose lengths and angles have units."""
+"""The same for style sheets, whose lengths and angles have units. What is seen from the front does
+not depend on z, because functions that turn it to the front are not read."""
 
 
-def _product(source: str, size: tuple[float, float], styled: bool) -> Array | None:
+def _product(source: str, frame: Frame, styled: bool) -> Array | None:
     """The matrix of a list of functions; None if it cannot be read as a whole."""
-    functions = STYLED_FUNCTIONS if styled else FUNCTIONS
-    known = {name.lower(): one for name, one in functions.items()} if styled else functions
     matrix, place = np.eye(3, 2), len(source) - len(source.lstrip())
     while place < len(source):
-        found = FUNCTION.match(source, place)
-        name = found[1].lower() if found and styled else found and found[1]
-        if not found or name not in known:
+        found = CALL.match(source, place)
+        end = _end_of_brackets(source, found.end()) if found else 0
+        if not found or not end or (styled and found[2]):
             return None
-        counts, kind, make = known[name]
-        numbers = _arguments(found[2], kind, size, styled)
-        if numbers is None or len(numbers) not in counts:
+        arguments = source[found.end() : end - 1]
+        parts = words(arguments, ",") if styled else _numbers(arguments)
+        one = None if parts is None else _called(found[1], parts, frame, styled)
+        if one is None:
             return None
-        matrix, place = inside(matrix, make(*numbers)), found.end()
+        gap = GAP.match(source, end)
+        assert gap is not None
+        if "," in gap[0] and (styled or gap.end() == len(source)):
+            return None
+        matrix, place = inside(matrix, one), gap.end()
     return matrix
 
 
-def _arguments(
-    source: str, kind: str, size: tuple[float, float], styled: bool
-) -> list[float] | None:
-    """The numbers between the brackets of a function; None if they cannot be read."""
-    found, place, comma = list[float](), 0, ""
+GAP = re.compile(r"\s*,?\s*")
+
+
+def _end_of_brackets(source: str, place: int) -> int:
+    """The place after the bracket that closes the one before a place; 0 if there is none."""
+    depth = 1
+    for found in re.finditer(r"[()]", source[place:]):
+        depth += 1 if found[0] == "(" else -1
+        if depth == 0:
+            return place + found.end()
+    return 0
+
+
+def _numbers(source: str) -> list[str] | None:
+    """The numbers between the brackets of an attribute's function; None if there is an error."""
+    found, place, comma = list[str](), 0, ""
     while place < len(source.rstrip()):
         part = ARGUMENT.match(source, place)
         if not part:
             return None
-        number, unit, comma = float(part[1]), part[2], part[3]
-        if not math.isfinite(number):
-            return None
-        if styled and number and not unit and kind:
-            return None  # Style sheets need units.
-        if unit and not styled:
-            return None
-        if kind == "angle" and unit.lower() in TURNS:
-            number *= TURNS[unit.lower()]
-        elif unit and kind in ("x", "y", "xy"):
-            side = "x" if kind == "x" or (kind == "xy" and not found) else "y"
-            number = length(side, part[1] + unit, size) or 0.0
-        elif unit:
-            return None
-        found.append(number)
-        place = part.end()
+        comma, place = part[2], part.end()
+        found.append(part[1])
     return None if comma else found
 
 
-def _origin(source: str, size: tuple[float, float]) -> tuple[float, float] | None:
-    """The point that a transform leaves in its place, if one is stated."""
-    words = source.lower().split()[:2]
-    if not words:
+def _called(name: str, parts: Sequence[str], frame: Frame, styled: bool = True) -> Array | None:
+    """The matrix of a function with arguments; None if there is no such function."""
+    functions = STYLED_FUNCTIONS if styled else FUNCTIONS
+    counts, kinds, make = functions.get(name.lower() if styled else name, ((), "", shifted))
+    if len(parts) not in counts:
         return None
-    if words[0] in ("top", "bottom") or words[-1] in ("left", "right"):
-        words.reverse()
-    words = words if len(words) == 2 else [*words, "center"]
-    if words[0] in ("top", "bottom"):
-        words.reverse()
-    found = [length(n, SIDES.get(w, w), size) for n, w in zip("xy", words, strict=True)]
-    return None if None in found else (float(found[0] or 0), float(found[1] or 0))
+    numbers = [
+        _measured(part, kinds[min(i, len(kinds) - 1)], frame, styled)
+        for i, part in enumerate(parts)
+    ]
+    return None if None in numbers else make(*numbers)
+
+
+def _measured(source: str, kind: str, frame: Frame, styled: bool) -> float | None:
+    """An argument of a function, as a number; None if it is of another kind."""
+    side = frame.size[kind == "y"]
+    known = lengths(side, frame.fonts)
+
+    def unit(size: float, unit: str) -> Measure | None:
+        small = unit.lower()
+        if kind == "n":
+            return Measure(size / 100 if unit else size) if unit in ("", "%") else None
+        if small in TURNS:
+            return Measure(size * TURNS[small], "angle")
+        return None if kind == "z" and unit == "%" else known(size, unit)
+
+    found = computed(source, unit)
+    # Style sheets need units, except for zero.
+    wanted = {"n": "", "a": "angle"}.get(kind, "length")
+    if found is None or (styled and found.kind != wanted and (found.size or found.kind)):
+        return None
+    return found.size
+
+
+def _origin(source: str, frame: Frame) -> tuple[float, float]:
+    """The point that a transform leaves in its place."""
+    parts = words(source.lower())[:2]
+    if not parts:
+        return frame.origin
+    if parts[0] in ("top", "bottom") or parts[-1] in ("left", "right"):
+        parts.reverse()
+    parts = parts if len(parts) == 2 else [*parts, "center"]
+    if parts[0] in ("top", "bottom"):
+        parts.reverse()
+    found = [
+        computed(SIDES.get(part, part), lengths(side, frame.fonts))
+        for part, side in zip(parts, frame.size, strict=True)
+    ]
+    if None in found:
+        return frame.origin
+    x, y = (one.size + corner for one, corner in zip(found, frame.corner, strict=True) if one)
+    return x, y
 
 
 def view_box(own: Mapping[str, str]) -> list[float] | None:

@@ -17,11 +17,11 @@ from ...errors import OverlapError, OverlapWarning, warn_caller
 from ...limits import limits
 from .markers import Vertex, vertices
 from .paint import without_server
-from .parts import HIGH, WIDE, Drawn, length, number
+from .parts import LENGTHS, Drawn, length, number
 from .paths import path_of
 from .shapes import box_of
 from .style import Styles, tag_of
-from .transforms import inside, scaled, shifted, turned, view_box
+from .transforms import STYLED, inside, scaled, shifted, turned, view_box
 from .viewport import PEN, Around, dashes, fonts_of, pen_of, placed_in, viewport
 
 SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
@@ -36,7 +36,6 @@ MARKED = frozenset({"path", "line", "polyline", "polygon"})
 """Shapes that may have markers at their vertices."""
 DEPTH = 100
 """Most elements around an element, with those through which it is used."""
-LENGTHS = WIDE | HIGH | {"r", "stroke-width", "stroke-dashoffset"}
 SIZED = SHAPES | GROUPS | {"symbol", "marker", "clipPath"}
 """Elements whose lengths are read."""
 DEFAULT_SIZE = (1000.0, 1000.0)
@@ -47,10 +46,11 @@ IGNORED = {
     "mask": REFERENCE,
     "filter": re.compile(REFERENCE.pattern + r"|.*\("),
     "clip-path": re.compile(r"(?!url)[a-z-]+\("),
-    "transform-box": re.compile(r"(?:fill|content|stroke|border)-box"),
-    **dict.fromkeys(("translate", "rotate", "scale"), re.compile(r"(?!none).")),
+    "transform-box": re.compile(r"(?:stroke|border)-box"),
 }
 """Properties that change what is seen, and are not read: which values of them do."""
+BOXES = frozenset({"fill-box", "content-box"})
+"""Values of transform-box by which a transform is measured in the box of its element."""
 SERVERS = frozenset({"linearGradient", "radialGradient", "pattern"})
 """Elements that a fill or a stroke may refer to."""
 
@@ -82,6 +82,13 @@ def drawn_shapes(source: str) -> list[Drawn]:
             "and filters have no outline. The shapes count as a whole, where they are without it.",
             OverlapWarning,
         )
+    if dropped := list(document.dropped):
+        warn_caller(
+            "Lengths and transforms of the SVG that cannot be read are ignored: "
+            f"{', '.join(dropped[:3])}. State them as in width='3px' and "
+            "transform='translate(3, 4)'.",
+            OverlapWarning,
+        )
     if unread := list(document.styles.unread):
         warn_caller(
             "Rules of style are ignored whose selectors are not read: "
@@ -100,6 +107,8 @@ class _Document:
         self.styles = Styles(root)
         self.ignored: dict[str, None] = {}
         """What is said about masks and filters of elements, in their order."""
+        self.dropped: dict[str, None] = {}
+        """What is said about lengths and transforms that cannot be read."""
 
     def walk(self, element: ElementTree.Element, around: Around) -> Iterator[Drawn]:
         """The shapes of an element, and of the elements in it."""
@@ -109,13 +118,18 @@ class _Document:
             return
         if number(own.get("opacity"), 1.0) <= 0:
             return
+        outside = around.matrix
         around = around._replace(
             style=around.style | _passed_on(own),
             fonts=fonts_of(own, around, element is self.root),
-            # The outermost element is transformed with its viewport.
-            matrix=around.matrix if element is self.root else placed_in(around, own),
             elements=(*around.elements, id(element)),
         )
+        # The outermost element is transformed with its viewport.
+        if element is not self.root:
+            box = None
+            if own.get("transform-box") in BOXES and any(name in own for name in STYLED.values()):
+                box = box_of(list(self._content(element, tag, own, around)), outside)
+            around = around._replace(matrix=placed_in(around, own, box))
         shapes = self._content(element, tag, own, around)
         yield from self._clipped(own, around, shapes)
         self.ignored |= dict.fromkeys(
@@ -313,6 +327,9 @@ class _Document:
         own = self.styles.stated(element, around.top)
         if tag_of(element) not in SIZED:
             return own
+        self.dropped |= dict.fromkeys(
+            f"{said} of {_named(element)}" for said in self.styles.dropped.get(element, ())
+        )
         size, fonts = around.size, fonts_of(own, around, element is self.root)
         found = dict[str, str]()
         for name, value in own.items():

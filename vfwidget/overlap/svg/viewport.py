@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import NamedTuple
 from xml.etree import ElementTree
 
 from ...arrays import Array
 from ...errors import OverlapError
+from .maths import words
 from .parts import FONT_SIZE, Drawn, length, number
-from .transforms import fitted, inside, shifted, transform_of, view_box
+from .transforms import Frame, fitted, inside, shifted, transform_of, view_box
 
 PEN = frozenset({"stroke-width", "stroke-dasharray", "stroke-dashoffset"})
 """Lengths of strokes, which are inherited; percentages are inherited as such."""
@@ -54,7 +54,8 @@ def viewport(
         return None
     matrix = around.matrix
     if outermost:
-        own_matrix = transform_of(own, (width, height), (width / 2, height / 2))
+        frame = Frame((width, height), (width / 2, height / 2), fonts=around.fonts)
+        own_matrix = transform_of(own, frame)
         matrix = matrix if own_matrix is None else inside(matrix, own_matrix)
     clips = around.clips
     if clipped and own.get("overflow", "hidden") not in ("visible", "auto"):
@@ -69,11 +70,8 @@ def viewport(
 
 def dashes(value: str, size: tuple[float, float], fonts: tuple[float, float]) -> str:
     """The lengths of dashes and gaps as numbers; empty if they are none."""
-    parts = re.split(r"\s*,\s*|\s+", value.strip())
-    try:
-        lengths = [length("stroke-dasharray", part, size, fonts) for part in parts]
-    except OverlapError:
-        return ""
+    parts = [word for part in words(value, ",") for word in words(part) or [""]]
+    lengths = [length("stroke-dasharray", part, size, fonts) for part in parts]
     numbers = [-1.0 if number is None else number for number in lengths]
     return " ".join(map(repr, numbers)) if min(numbers) >= 0 else ""
 
@@ -89,9 +87,17 @@ def pen_of(around: Around) -> dict[str, str]:
     return found
 
 
-def placed_in(around: Around, own: Mapping[str, str]) -> Array:
-    """The matrix inside an element with these properties."""
-    own_matrix = transform_of(own, around.size)
+def placed_in(around: Around, own: Mapping[str, str], box: Array | None = None) -> Array:
+    """The matrix inside an element with these properties.
+
+    Its origin is in a box (2, 2), or otherwise in the viewport, and percentages are of that.
+    """
+    if box is None:
+        frame = Frame(around.size, fonts=around.fonts)
+    else:
+        (left, top), (width, height) = box[0].tolist(), (box[1] - box[0]).tolist()
+        frame = Frame((width, height), (left, top), (left, top), around.fonts)
+    own_matrix = transform_of(own, frame)
     return around.matrix if own_matrix is None else inside(around.matrix, own_matrix)
 
 

@@ -1,0 +1,87 @@
+"""Artwork reads values of style sheets as Chromium does."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import pytest
+from drawn import differing
+
+import vfwidget as vf
+
+TRANSFORMS = (
+    "transform:translate(calc(10% - 5px), 1em)",
+    "transform:rotate(calc(18deg*2)) scale(calc(1/2))",
+    "transform:translate3d(20px,30px,0) scale(120%)",
+    "transform:TRANSLATE(5px) Rotate(5DEG)",
+    "transform:translate(5px),rotate(5deg)",
+    "transform:translate (5px)",
+    "transform:rotate(5)",
+    "transform:translate(5px)rotate(5deg)",
+    "translate:10% 10%",
+    "translate:20",
+    "translate:20px 30px 40px",
+    "rotate:.1turn",
+    "rotate:20",
+    "rotate:20deg z",
+    "rotate:0 0 1 20deg",
+    "scale:50% 120%",
+    "scale:-1 1;transform-origin:55px 80px",
+    "transform:scale(1.5);transform-origin:bottom",
+    "transform:scale(1.5);transform-origin:calc(50% - 45px) 80px",
+    "transform:rotate(30deg) translate(10px,20px);translate:10px;rotate:10deg;scale:.8",
+    "transform:rotate(20deg);transform-box:fill-box;transform-origin:100% 50%",
+    "transform:translate(50%,50%);transform-box:fill-box",
+    "transform:scale(1.5);transform-box:view-box;transform-origin:50% 50%",
+)
+LENGTHS = (
+    *("calc(50)", "calc(5 + 3px)", "calc(50% - 10px)", "calc(50%-10px)", "calc(50% -10px)"),
+    *("calc(3*10px)", "calc(3px*10px)", "calc(90/3px)", "min(50px,20%)", "max(50px,20%,1em)"),
+    *("clamp(60px,50px,40px)", "calc(calc(10px) + 10px)", "CALC(10PX + 2EM)", "calc(10px,5px)"),
+    *("(10px)", "calc(10px - -5px)", "calc(10px * -2 + 50px)", "20.px", ".5e2px", "20 px", "-5"),
+    *("foo", "20Q", "5furlong", "calc(10px + 5deg)", "+20px", "initial", "auto"),
+)
+GROUPS = {
+    "boxes in boxes": '<g transform="translate(20 10)" style="transform-box:fill-box;'
+    'transform-origin:center;rotate:20deg"><rect x="20" y="20" width="90" height="30" '
+    'style="transform-box:fill-box;transform-origin:right;scale:.5"/>'
+    '<circle cx="60" cy="80" r="30"/></g>',
+    "viewports": '<svg viewBox="10 10 50 50" width="150" height="100"><rect x="20" y="20" '
+    'width="20" height="20" style="translate:10% 10%;rotate:10deg;transform-origin:50% 50%"/>'
+    "</svg>",
+    "dashes": '<g stroke="#000" stroke-width="9" stroke-dasharray="30 10">'
+    '<path d="M10 20H150" stroke-dasharray="20 foo"/><path d="M10 50H150" stroke-dasharray="'
+    'calc(9px + 1%), 5"/><path d="M10 80H150" stroke-dasharray="20 -5" stroke-width="4 px"/></g>',
+    "long numbers": '<path d="M0 0H50V50A1e200 1e200 0 0 1 5 5V90"/><path transform="translate(60)"'
+    ' d="M0 0H50V50A1e30 1e30 0 0 1 5 5V90"/><path transform="translate(0 99)" '
+    'd="M0 0H50V50A1e-200 1e-200 0 0 1 5 5V90"/>',
+}
+
+
+def same(body: str, browser: Any) -> bool:
+    """Whether a drawing is that of the browser, whatever is said about values that are ignored."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vf.OverlapWarning)
+        return differing(body, browser) <= 8
+
+
+def test_transforms(browser: Any) -> None:
+    shape = '<path d="M99 0H200V20H99"/><rect width="50" height="40" x="30" y="60" style="{}"/>'
+    assert [one for one in TRANSFORMS if not same(shape.format(one), browser)] == []
+
+
+def test_lengths(browser: Any) -> None:
+    shapes = (
+        '<rect width="99" height="20"/><rect width="{0}" height="40" x="10" y="60"/>'
+        '<rect width="33" height="40" x="10" y="120" style="width:{0}"/>'
+    )
+    assert [one for one in LENGTHS if not same(shapes.replace("{0}", one), browser)] == [
+        # In a style, browsers accept numbers without units, but no expressions without units.
+        "calc(50)"
+    ]
+
+
+@pytest.mark.parametrize("name", GROUPS)
+def test_groups(name: str, browser: Any) -> None:
+    assert same(GROUPS[name], browser)
