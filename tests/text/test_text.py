@@ -110,6 +110,21 @@ def test_at_the_upper_end_of_an_axis_the_derivative_is_that_into_its_range(name)
             torch.testing.assert_close(jacobian[:, :, 0, axis], slope, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.parametrize("shared", [True, False])
+def test_beyond_the_upper_end_of_an_axis_the_derivative_is_that_to_the_left(shared):
+    """Normalized coordinates may be up to 1 although the default is the maximum."""
+    font = fonts.build(*fonts.base_glyphs(), axes=[("wght", 100, 400, 400, "Weight"), fonts.WIDTH])
+    text, step = vf.Text(font, "ab", shared=shared), 1e-6
+    for wght in 0.25, 0.5, 0.75, 1:
+        theta = np.zeros(text.theta.shape)
+        theta[-1, 0] = wght
+        there = theta.copy()
+        there[-1, 0] -= step
+        slope = (text.points(theta) - text.points(there)) / step
+        found = text.jacobian(theta)[:, :, -1, 0]
+        torch.testing.assert_close(found, slope, rtol=1e-6, atol=1e-6)
+
+
 def test_an_advance_of_zero_may_grow_and_one_held_at_zero_may_not():
     deltas = [*[(0, 0)] * 5, (250, 0), (0, 0), (0, 0)]
     glyphs = {name: fonts.outline(fonts.SQUARE) for name in "ab"}

@@ -93,10 +93,10 @@ class Slots:
         self._rising = np.stack([np.where(flat, 1.0, -start / rise), np.where(flat, 0.0, 1 / rise)])
         self._falling = np.stack([end / fall, -1 / fall])
         # Where a line begins to hold. On a kink it is the one to the right; at the upper end of
-        # the axis, where there is nothing to the right, it is the one to the left.
+        # the axis and beyond it, where nothing has to follow to the right, the one to the left.
         top = 1.0 if upper is None else upper[axis]
         before, peak_begins, after = (
-            side + np.where(side == top, ON_KINK, -ON_KINK) for side in (start, peak, end)
+            side + np.where(side >= top, ON_KINK, -ON_KINK) for side in (start, peak, end)
         )
         # A support that ends (or starts) at its peak drops from 1 to 0 there, but is 1 at the
         # peak itself: its line holds until just beyond it.

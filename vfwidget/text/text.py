@@ -213,8 +213,7 @@ class Text(Exports):
         tracking : float, optional
             New space after each grapheme, in font units. By default it stays.
         shared : bool, optional
-            Whether the letters of the new text share their axes. If it changes, handles of this
-            text are not valid in the new one.
+            Whether the new text's letters share their axes; after a change, handles are not valid.
 
         Raises
         ------
@@ -298,7 +297,8 @@ class Text(Exports):
     def jacobian(self, theta: ArrayLike | None = None) -> torch.Tensor:
         """Derivative of :meth:`points` by Θ, (K, 2, 1, n) or (K, 2, l, n), in closed form.
 
-        On a kink it is the one to the right, and at the upper end of an axis the one to the left.
+        On a kink it is the one to the right, at the upper end of an axis the one to the left
+        (autograd of fonts with avar 2 or VARC may find the other one).
         """
         return self.positions_and_jacobian(self.point_set(), self._tensor(theta))[1]
 
