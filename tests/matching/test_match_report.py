@@ -79,6 +79,7 @@ def test_uncertainty_is_in_user_units(found):
         there, back = (font.denormalize(theta + s)[axis.tag] for s in (step, -step))
         expected = (there - back) / 2e-5 * found.outcome.deviation[0, i]
         assert found.uncertainty[axis.tag] == pytest.approx(expected, rel=1e-3)
+    assert all(type(value) is float for value in found.uncertainty.values())
 
 
 def errors_in_deviations(name, string, axes, noise, count):

@@ -158,7 +158,7 @@ class Match:
                 moved[i] = np.clip(w[i] + side * deviation[i], lower[i], upper[i])
                 ends.append((font.denormalize(moved)[axis.tag], moved[i]))
             (low, a), (high, b) = ends
-            spread[axis.tag] = (high - low) / (b - a) * deviation[i] if b > a else 0.0
+            spread[axis.tag] = float((high - low) / (b - a) * deviation[i]) if b > a else 0.0
         return spread
 
     @property
