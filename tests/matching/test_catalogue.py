@@ -344,6 +344,12 @@ def test_there_is_no_font_to_match(image):
         match(image, [])
 
 
+@pytest.mark.parametrize("fonts", ["recursive", vf.load_font("recursive"), {"dynapuff": 1}, 3])
+def test_fonts_that_are_no_sequence(fonts, image):
+    with pytest.raises(vf.ImageError, match="fonts must be a sequence of fonts"):
+        vf.match(image, "R", fonts=fonts, progress=False)
+
+
 def test_no_font_can_be_fitted(image):
     with pytest.raises(vf.ImageError, match=r"No font could be fitted: .*no glyph for 'あ'"):
         match(image, FONTS, "あ")

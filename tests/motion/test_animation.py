@@ -40,8 +40,9 @@ def test_a_slice_is_an_animation(wave) -> None:
     np.testing.assert_array_equal(part.offsets, wave.offsets[1:4])
     with pytest.raises(vf.MotionError, match="order of time"):
         wave[::-1]
-    with pytest.raises(vf.MotionError, match="must hold frames"):
-        wave[3:3]
+    for empty in (slice(3, 3), slice("a", None), slice(None, None, 0)):
+        with pytest.raises(vf.MotionError, match="must hold frames"):
+            wave[empty]
 
 
 def test_an_animation_cannot_be_changed(wave) -> None:
@@ -84,7 +85,7 @@ def test_wrong_arrays_are_refused(wave, changed, message) -> None:
 
 @pytest.mark.parametrize("time", [np.nan, np.inf, 10**400, "now", None, [0, 1]])
 def test_a_time_is_a_finite_number(wave, time) -> None:
-    with pytest.raises(vf.MotionError, match="time must be a finite number"):
+    with pytest.raises(vf.MotionError, match="time must be a finite number; received"):
         wave.at(time)
 
 

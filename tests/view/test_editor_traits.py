@@ -264,6 +264,25 @@ def test_bad_constraints_are_one_clear_error(editor: Any, bad: Any, words: str) 
     assert drag(editor, editor.text.nearest(1500, 1080), 1500, 1090)["ok"]
 
 
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [
+        (vf.Residual(lambda points: points), "one of SharedX"),
+        (vf.SharedX(None), "2 to 1000 points; received None"),  # type: ignore[arg-type]
+        (vf.SharedX(3), "2 to 1000 points; received 3"),  # type: ignore[arg-type]
+        (vf.SharedX([1, 2]), r"\[letter, contour, segment, t\]; received 1"),  # type: ignore[list-item]
+        (vf.Distance("a", "b"), r"\[letter, contour, segment, t\]; received 'a'"),  # type: ignore[arg-type]
+        (vf.Distance("a", None, 60.0), r"received 'a'"),  # type: ignore[arg-type]
+    ],
+)
+def test_bad_terms_as_constraints_are_one_clear_error(
+    editor: Any, bad: vf.Term, words: str
+) -> None:
+    with pytest.raises(vf.VFWidgetError, match=words):
+        editor.constraints = [bad]
+    assert editor.constraints == []
+
+
 def test_constraints_on_letters_that_are_gone_are_left_out(editor: Any) -> None:
     editor.constraints = [vf.SharedY([editor.text.handle(0), editor.text.handle(1)])]
     editor.text = vf.Text("roboto-flex", "n")

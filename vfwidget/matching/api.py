@@ -161,6 +161,8 @@ def match(
         shared, text = text.shared, text.string
     if (font is None) == (fonts is None):
         raise ImageError("Give a font, or several as fonts=[…].")
+    if fonts is not None and (isinstance(fonts, str | bytes) or not isinstance(fonts, Sequence)):
+        raise ImageError(f"fonts must be a sequence of fonts; received {fonts!r:.80}.")
     options = Options(check_fitted(fit, placement is not None, MATCHED), optimizer, loss)
     settings = Settings(
         options=options,

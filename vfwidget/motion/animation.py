@@ -106,25 +106,25 @@ class Animation(Diagnostics, Exports):
 
     def __getitem__(self, index: Any) -> Any:
         """A frame as a :class:`Text`; a slice of frames as an :class:`Animation`."""
-        if not isinstance(index, slice):
-            try:
-                index = range(len(self))[index]
-            except (TypeError, IndexError):
+        try:
+            found: Any = range(len(self))[index]
+        except (TypeError, ValueError, IndexError):
+            found = None
+        if isinstance(index, slice):
+            if not found or found.step < 0:
                 raise MotionError(
-                    f"The animation has frames 0 to {len(self) - 1}, which may also be counted "
-                    f"from the end, -1; received {index!r:.200}."
-                ) from None
-            place = {
-                AXES: self.theta[index],
-                OFFSETS: self.offsets[index],
-                ROTATIONS: self.rotations[index],
-            }
-            return self.text.moved_to({**self.text.place, **place})
-        if not len(range(*index.indices(len(self)))) or (index.step or 1) < 0:
+                    "A slice of an animation must hold frames in the order of time; "
+                    f"received {index}."
+                )
+            return self._picked(index, self.times[index])
+        if found is None:
             raise MotionError(
-                f"A slice of an animation must hold frames in the order of time; received {index}."
+                f"The animation has frames 0 to {len(self) - 1}, which may also be counted "
+                f"from the end, -1; received {index!r:.200}."
             )
-        return self._picked(index, self.times[index])
+        unknowns = {AXES: self.theta, OFFSETS: self.offsets, ROTATIONS: self.rotations}
+        place = {name: values[found] for name, values in unknowns.items()}
+        return self.text.moved_to({**self.text.place, **place})
 
     def __iter__(self) -> Iterator[Text]:
         """The frames in the order of time."""

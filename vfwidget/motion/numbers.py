@@ -29,11 +29,9 @@ def read_number(name: str, value: Any, least: float, most: float, open_below: bo
     # Comparisons hold for integers of any size, while math.isfinite raises an error.
     fits = is_number(value) and least <= value <= min(most, sys.float_info.max)
     if not fits or (open_below and value == least):
-        sign = ">" if open_below else "≥"
+        lower = "" if math.isinf(least) else f" {'>' if open_below else '≥'} {least:g}"
         upper = "" if math.isinf(most) else f" and ≤ {most:g}"
-        raise MotionError(
-            f"{name} must be a finite number {sign} {least:g}{upper}; received {value!r:.200}."
-        )
+        raise MotionError(f"{name} must be a finite number{lower}{upper}; received {value!r:.200}.")
     return float(value)
 
 

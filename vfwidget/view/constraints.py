@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..energy.handle_terms import PIN_WEIGHT, Collinear, Distance, SharedX, SharedY
@@ -75,24 +75,32 @@ def _checked_length(kind: str, value: Any) -> float:
 
 
 def _checked_place(handle: Any, text: Text) -> list[Any]:
+    if isinstance(handle, Handle):
+        handle = place(handle)
     if isinstance(handle, list | tuple) and len(handle) == 4:
         return place(text.handle(*handle))
     raise SolveError(f"A point is [letter, contour, segment, t]; received {handle!r}.")
 
 
 def _from_term(term: Term, text: Text) -> dict[str, Any]:
-    """A term as JSON. The handles may belong to a former word with the same letters."""
+    """A term in the form of JSON, which need not be valid.
+
+    The handles may belong to a former word with the same letters.
+    """
+    handles: Any = term.handles
     raw: dict[str, Any] = {
         "kind": type(term).__name__,
-        "handles": [place(handle) for handle in term.handles],
+        "handles": list(handles) if isinstance(handles, Sequence) else handles,
     }
     if isinstance(term, Width):
         return {"kind": "Width", "value": term.width}
     if isinstance(term, Distance):
         if term.along is not None:
             raise SolveError("An editor keeps distances that are measured straight: along=None.")
-        first, second = (text.position(text.handle(*place(h))) for h in term.handles)
-        raw["value"] = term.length if term.length is not None else float((second - first).norm())
+        raw["value"] = term.length
+        if term.length is None:
+            ends = [text.position(text.handle(*_checked_place(h, text))) for h in handles]
+            raw["value"] = float((ends[1] - ends[0]).norm())
     return raw
 
 

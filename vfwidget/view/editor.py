@@ -59,7 +59,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         The word; not given if ``font`` is a Text.
     axes : mapping of tag to user value, or one per letter, optional
     shared : bool
-        One axis vector for the word, or one for each letter.
+        One axis vector for the word, or one for each letter. A Text brings its own.
     locks : sequence of str
         Tags of axes that drags leave as they are.
     obstacles : obstacle, or sequence of obstacles
@@ -73,8 +73,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         The colours; by default those of the notebook.
     teaching : bool
         Whether the editor shows the numbers behind the selected letter: how far each axis moves it,
-        the scalars of its delta sets, and Eq. 1 for the held point. Default False; the editor has a
-        switch for it.
+        the scalars of its delta sets, and Eq. 1 for the held point. Default False.
     throttle : int
         The least number of milliseconds between two moves that the view sends to the kernel while
         it draws a drag by itself. Default 500, because a notebook spends more time on a message
@@ -97,7 +96,8 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         What drags keep: points that share x or y, points on a line, a distance, the width of the
         word. Each is JSON, such as ``{"kind": "Distance", "handles": [[0, 0, 3, 0.5], [0, 0, 9,
         0]], "value": 60.0}``; you can also assign the terms :class:`SharedX`, :class:`SharedY`,
-        :class:`Collinear`, :class:`Distance` and :class:`Width`. The axes move to meet them.
+        :class:`Collinear`, :class:`Distance` and :class:`Width`. The axes move to meet them, and
+        each has the weight of a pin.
     shared : bool
     obstacles
     avoid_overlaps : bool
