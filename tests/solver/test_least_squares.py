@@ -20,6 +20,21 @@ def rosenbrock(x):
     return xp.stack([10 * (x[1] - x[0] ** 2), 1 - x[0]])
 
 
+@pytest.mark.parametrize("kinks", [None, [[7.0], [9.0]]])
+@pytest.mark.parametrize("start", [[3.0, 1.0], [[3.0, 1.0], [2.0, 0.5]]])
+def test_a_bound_at_an_unlisted_kink_is_active_by_the_slope_within_the_bounds(start, kinks):
+    """There autograd says that the slope of an absolute value is 0."""
+
+    def residual(x):
+        return torch.stack([x[..., 0].abs() + 1, x[..., 1] - 2], -1)
+
+    found = vf.least_squares(
+        residual, torch.tensor(start), bounds=(0, 10), kinks=kinks, cost_floor=1.0001
+    )
+    assert (found.x[..., 0] == 0).all()
+    assert (found.active == [-1, 0]).all()
+
+
 def test_rosenbrock_with_and_without_bounds_as_scipy_has_it() -> None:
     for bounds in [(-np.inf, np.inf), ([-2, -2], [0.8, 2]), ([-2, 0.5], [0.3, 0.6])]:
         start = np.clip([-1.2, 1.0], *bounds)

@@ -160,7 +160,7 @@ def held_axes(energy: Energy, found: Descent) -> Array:
     if energy.moves and state.model is None:
         # A restart may have located the moving terms elsewhere in the meantime.
         state = replace(state, residual=energy.renew(state.x))
-    held = active_bounds(found.problem, state, energy.jacobian)
+    held = active_bounds(found.problem, state, energy.jacobian, inward=True)
     # A locked axis is not held by a bound of the font.
     held = np.where(energy.locked, 0, held)
     active = np.zeros(energy.text.coordinates.shape, dtype=int)

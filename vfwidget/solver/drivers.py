@@ -159,11 +159,14 @@ def _quiet() -> np.errstate:
     return np.errstate(over="ignore", invalid="ignore")
 
 
-def active_bounds(problem: Problem, state: State, jacobian: Function) -> Array:
+def active_bounds(
+    problem: Problem, state: State, jacobian: Function, inward: bool = False
+) -> Array:
     """-1 or 1, (n,), for a variable that its lower or upper bound keeps from moving, else 0.
 
     The cost would fall if the variable could pass the bound. The Jacobian is evaluated if the
-    state holds no model.
+    state holds no model. If it is the derivative into the range at bounds that are no kinks
+    (``inward``), it is evaluated at x, where it may be known; else just within the bounds.
     """
     at_lower, at_upper = state.x <= problem.lower, state.x >= problem.upper
     if not holds_anywhere(at_lower | at_upper):
@@ -171,10 +174,13 @@ def active_bounds(problem: Problem, state: State, jacobian: Function) -> Array:
     if state.model is not None:
         gradient = state.model.gradient
     else:
-        # The slope within the bounds is the one that counts.
-        inside = state.x + OFFSET * at_lower - OFFSET * at_upper
-        if problem.kinks is not None and near_kinks(problem, state.x) is None:
-            # It is the one at x, where the Jacobian may be known.
-            inside = state.x
-        gradient = problem.half_gradient(state.residual, jacobian(inside), state.x)
+        known = inward and near_kinks(problem, state.x) is None
+        place = state.x if known else within_bounds(problem, state.x)
+        gradient = problem.half_gradient(state.residual, jacobian(place), state.x)
     return (at_upper & (gradient < 0)).astype(int) - (at_lower & (gradient > 0))
+
+
+def within_bounds(problem: Problem, x: Array) -> Array:
+    """The point x (n,), moved off the bounds: the slope within them is the one that counts."""
+    inside: Array = x + OFFSET * (x <= problem.lower) - OFFSET * (x >= problem.upper)
+    return inside

@@ -16,7 +16,7 @@ from ..arrays import Array, ArrayLike, is_tensor, padded_table, to_array
 from ..deprecation import renamed
 from ..errors import SolveError
 from .derivatives import CentralDifferences, forward_mode
-from .drivers import Function, History, active_bounds, minimise, minimise_batch
+from .drivers import Function, History, active_bounds, minimise, minimise_batch, within_bounds
 from .loss import LOSSES
 from .problem import Problem, State, Tolerances, is_number, read_limit
 from .result import Iterate, Result
@@ -174,7 +174,8 @@ def least_squares(
     states = minimise_batch(problems, start, values, derivative, max_iterations, histories)
 
     def actives() -> Array:
-        slopes = derivative(np.stack([state.x for state in states]))
+        inside = [within_bounds(one, own.x) for one, own in zip(problems, states, strict=True)]
+        slopes = derivative(np.stack(inside))
         return np.stack(
             [
                 active_bounds(problem, state, partial(lambda own, _: own, own))
