@@ -54,13 +54,13 @@ class Points(NamedTuple):
         return Points(*(values[which] for values in self))
 
 
-def sampled(shape: Shape, spans: Spans, samples: int = SAMPLES) -> Points:
+def sampled(shape: Shape, spans: Spans) -> Points:
     """Points in the middle of equal steps of t along the spans of a shape that have a weight."""
     bound = np.flatnonzero(spans.weight)
-    part = (np.arange(samples) + 0.5) / samples
+    part = (np.arange(SAMPLES) + 0.5) / SAMPLES
     start, length = spans.start[bound], (spans.end - spans.start)[bound]
     t = (start[:, None] + length[:, None] * part).ravel()
-    segment, weight = (np.repeat(v[bound], samples) for v in (spans.cubic, spans.weight))
+    segment, weight = (np.repeat(v[bound], SAMPLES) for v in (spans.cubic, spans.weight))
     return _points(shape, segment, t, weight)
 
 

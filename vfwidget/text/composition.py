@@ -40,7 +40,7 @@ class Setting(NamedTuple):
 
 
 class Composition:
-    """What a text is besides its place: string, font, and how HarfBuzz sets it.
+    """What does not change when a text moves: font, string, and how HarfBuzz sets it.
 
     Parameters
     ----------

@@ -111,8 +111,8 @@ class Exports:
         str or None
             ``font-family`` and ``font-variation-settings``, and where the text has features or
             tracking, ``font-feature-settings`` and ``letter-spacing``. With an axis vector for
-            each letter there is one rule for each letter, ``.letter-1`` and so on. Offsets, lines
-            and the language are left out.
+            each letter there is one rule for each letter, ``.letter-1`` and so on. Offsets,
+            rotations, lines and the language are left out.
 
         Raises
         ------

@@ -33,7 +33,7 @@ from ..font.shaping_options import ShapingOptions
 from ..limits import limits
 from ..outline.glyph import Glyph
 from ..outline.variation import Regions, merge_regions
-from .locations import final, places_in
+from .locations import final, locations_in
 from .memo import Memo
 
 TOLERANCE = 1e-5
@@ -82,8 +82,8 @@ class Layout:
         For each row, the glyph next to which it is placed: for a mark its base, for another glyph
         the one before it; -1 at the start of a line.
     gaps : (l + lines,) int array
-        How many graphemes stand before that of each row on its line: the places where tracking
-        adds space.
+        How many graphemes stand before that of each row on its line. Tracking adds space after
+        each of them.
     own : (l,) array
         How much of each glyph's advance width counts in its advance: 0 for a mark, else 1.
     is_mark : (l,) bool array
@@ -196,10 +196,10 @@ def fit_layout(
     rng = np.random.default_rng(0)
     row = settings.rows[index]
     support = _positioning_support(font, row)
-    places, fresh = places_in(font, settings, index, support, rng)
-    scalars = np.insert(Regions(support).scalars(final(font, places)), 0, 1.0, axis=1)
+    locations, fresh = locations_in(font, settings, index, support, rng)
+    scalars = np.insert(Regions(support).scalars(final(font, locations)), 0, 1.0, axis=1)
     # Where other points become the extreme ones, the error is spread over all locations.
-    chosen = np.arange(len(places)) if row.by_extents else _independent_rows(scalars)
+    chosen = np.arange(len(locations)) if row.by_extents else _independent_rows(scalars)
 
     def shape(w: Array, advance: Callable[[int], float], rounded: bool = False) -> Array:
         shaped = font.shape_at(string, w, options, advance, rounded=rounded)
@@ -211,10 +211,10 @@ def fit_layout(
             )
         return shaped.positions
 
-    apart = np.array([shape(w, lambda _: 0.0) for w in places[chosen]])
+    apart = np.array([shape(w, lambda _: 0.0) for w in locations[chosen]])
     fitted = _fit(scalars[chosen], apart.reshape(len(chosen), -1)).reshape(-1, *apart.shape[1:])
-    response = shape(places[chosen[0]], lambda _: 1.0) - apart[0]
-    w = places[chosen[0]]
+    response = shape(locations[chosen[0]], lambda _: 1.0) - apart[0]
+    w = locations[chosen[0]]
     # A feature over a part of a grapheme sets other glyphs here, but graphemes start where they do.
     starts = np.unique(font.shape_at(string, w, options, lambda _: 0.0, by_grapheme=True).clusters)
     graphemes = starts[np.searchsorted(starts[1:], row.clusters, side="right")]
@@ -245,9 +245,9 @@ def fit_layout(
     return layout
 
 
-def _widths(font: Font, places: Array) -> Callable[[int], Array]:
-    """The advance widths of a glyph at the places (c, n), (c,), by glyph id."""
-    return cache(lambda g: to_array(font.glyph(g).advance_width.value(places)).clip(0.0, None))
+def _widths(font: Font, locations: Array) -> Callable[[int], Array]:
+    """The advance widths of a glyph at locations (c, n), (c,), by glyph id."""
+    return cache(lambda g: to_array(font.glyph(g).advance_width.value(locations)).clip(0.0, None))
 
 
 def _assemble(
@@ -267,7 +267,7 @@ def _assemble(
     origins = np.array([_origins(row, numbers) for numbers in fitted])
     used = np.abs(origins[1:]).any((1, 2))
     is_mark = ~(np.abs(fitted[..., 0]).any(0) | (response[:, 0] != 0))
-    lines = _lines(row)
+    lines = lines_of(row)
     reach, own = _origins(row, response)[:, 0], response[:, 0]
     before = _origins(row, own[:, None] * [1.0, 0.0, 0.0])[: len(own), 0]
     same_line = lines[:, None] == np.array(row.lines)
@@ -292,14 +292,14 @@ def _assemble(
     )
 
 
-def _lines(row: ShapedRow) -> IntArray:
+def lines_of(row: ShapedRow) -> IntArray:
     """The line of each glyph, then of each end of a line, (l + lines,)."""
     return np.array([*row.lines, *range(max(row.lines) + 1)])
 
 
 def _origins(row: ShapedRow, numbers: Array) -> Array:
     """Origins of the glyphs and ends of the lines, (l + lines, 2), from the numbers (l, 3)."""
-    lines, glyph_lines = _lines(row), np.array(row.lines)
+    lines, glyph_lines = lines_of(row), np.array(row.lines)
     origins = np.zeros((len(lines), 2))
     origins[: len(numbers)] = numbers[:, 1:]
     for line in range(len(lines) - len(numbers)):
@@ -312,7 +312,7 @@ def _neighbours(
     row: ShapedRow, graphemes: IntArray, is_mark: BoolArray
 ) -> tuple[IntArray, IntArray, BoolArray]:
     """``Layout.anchor``, ``Layout.gaps`` and ``Layout.ends_grapheme``."""
-    lines, count = _lines(row), len(row.lines)
+    lines, count = lines_of(row), len(row.lines)
     anchor, gaps = np.full(len(lines), -1), np.zeros(len(lines), dtype=np.intp)
     ends_grapheme = np.zeros(count, dtype=bool)
     marks, rtl = np.zeros((2, len(lines)), dtype=bool)

@@ -19,7 +19,7 @@ GRID = 16384
 """HarfBuzz rounds normalized coordinates to 1/16384, so text is shaped at multiples of that."""
 
 
-def places_in(
+def locations_in(
     font: Font, settings: Settings, index: int, support: Array, rng: np.random.Generator
 ) -> tuple[Array, Array]:
     """Locations in a setting: some to choose from for shaping, and a few more for comparison."""
@@ -29,7 +29,7 @@ def places_in(
     if not font.moves_axes:
         boxes = settings.boxes(index)
         within = [_on_grid(peaks.clip(*box), box) for box in boxes]
-        random = _random_places(boxes, count + checks, rng)
+        random = _random_locations(boxes, count + checks, rng)
         fresh = random[:checks]
         if by_extents:
             # The extreme points differ most where axes are at their ends.
@@ -53,7 +53,7 @@ def final(font: Font, w: Array) -> Array:
     return to_array(font.final_coordinates(w)) if font.moves_axes else w
 
 
-def _random_places(boxes: Sequence[Box], count: int, rng: np.random.Generator) -> Array:
+def _random_locations(boxes: Sequence[Box], count: int, rng: np.random.Generator) -> Array:
     """Random locations in a setting, (count, n), each box in its turn."""
     turns = [boxes[i % len(boxes)] for i in range(count)]
     return np.array([_on_grid(rng.uniform(*box), box) for box in turns])

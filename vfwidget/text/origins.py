@@ -20,7 +20,7 @@ import numpy as np
 
 from ..arrays import Array, IntArray, like, namespace
 from ..outline.variation import selection
-from .layout import Layout
+from .layout import Layout, lines_of
 
 RIGHT = np.array([1.0, 0.0])
 """The direction in which advances move the pen."""
@@ -93,7 +93,9 @@ class Origins:
         self.is_base = np.array([1.0 - of_row[k].is_mark[k] for k in range(letters)])
         self.parameters = 1 if shared else letters
         self._step(layouts, of_row, regions, count)
-        self.own.base[:, 1] -= np.where(self.anchor < 0, line_height * _lines(layouts[0]), 0.0)
+        self.own.base[:, 1] -= np.where(
+            self.anchor < 0, line_height * lines_of(layouts[0].row), 0.0
+        )
         reach = self._chains()
         self.base = reach @ (self.own.base + self.anchored.base)
         if shared:
@@ -199,9 +201,3 @@ class Origins:
         """
         mine = np.flatnonzero(self._letters == parameter)
         return np.tensordot(self._reach[:, mine], self._parts[mine], 1)
-
-
-def _lines(layout: Layout) -> IntArray:
-    """The line of each letter and each end."""
-    lines = layout.row.lines
-    return np.array([*lines, *range(len(layout.base) - len(lines))])
