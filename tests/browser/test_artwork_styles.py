@@ -57,6 +57,74 @@ GROUPS = {
     ' d="M0 0H50V50A1e30 1e30 0 0 1 5 5V90"/><path transform="translate(0 99)" '
     'd="M0 0H50V50A1e-200 1e-200 0 0 1 5 5V90"/>',
 }
+SELECTORS = (
+    "rect+rect",
+    "circle ~ rect",
+    "circle + rect",
+    "g > rect:first-child",
+    "rect:last-child",
+    "rect:nth-child(2n)",
+    "rect:nth-child(-n+3)",
+    "rect:nth-child(3n + 1)",
+    "rect:nth-last-child(2)",
+    "rect:last-of-type",
+    "rect:nth-of-type(2n+1)",
+    "circle:only-of-type",
+    "circle:only-child",
+    "rect:not(.a,.b)",
+    "rect:not(.a):not(#r3)",
+    ":is(rect,circle).a",
+    ":not(g):not(svg):not(style)",
+    "rect[class~='c']",
+    "rect[class$=c]",
+    "rect[class*=' ']",
+    "rect[lang|=en]",
+    "rect[class=A i]",
+    "rect[class^='']",
+    "rect[ data-x = '1' ]",
+    "rect:empty",
+    "g > circle ~ rect.b",
+    "svg > g + g rect",
+    ".x .a + rect",
+    "#r\\33 ",
+    "rect:not(:hover)",
+    "rect:nth-child(+n)",
+    "rect:nth-child(-2n+5)",
+    "rect:not()",
+    "rect:is()",
+    "rect + + rect",
+    "rect,",
+    ".b:not(g .b)",
+    "* + rect",
+    ":is(g,svg) > rect",
+    "rect:not(:not(.a))",
+    "rect:first-child+rect+rect",
+    "title + rect",
+)
+WEIGHTS = (
+    "rect{fill:none} rect:not(.zz){fill:red}",
+    "rect:not(#q){fill:none} rect.a{fill:red}",
+    ":where(#r2,.a){fill:none} rect{fill:red}",
+    ":is(#r2,.a){fill:none} rect.a{fill:red}",
+    "rect:nth-child(n){fill:none} rect{fill:red}",
+    "rect:first-child{fill:none} .a{fill:red}",
+    ".a{fill:none} rect:first-child{fill:red}",
+)
+"""Rules that the more specific one decides."""
+ROW = (
+    '<style>@S@{fill:none}</style><rect x="0" y="0" width="190" height="6" id="base" '
+    'style="fill:#000!important"/><g class="x"><rect class="a" x="5" y="10" width="20" '
+    'height="20"/><rect id="r2" class="b" x="35" y="10" width="20" height="20"/><circle '
+    'class="a" cx="75" cy="20" r="10"/><rect id="r3" class="a c" x="95" y="10" width="20" '
+    'height="20"/><rect lang="en-US" data-x="1" x="125" y="10" width="20" '
+    'height="20"/></g><g><title/><rect class="b" x="5" y="60" width="20" '
+    'height="20"><title>x</title></rect><rect class="a b" x="35" y="60" width="20" '
+    'height="20"/></g><g class="y"><circle class="c" cx="15" cy="120" r="10"/></g><rect '
+    'x="125" y="110" width="20" height="20"/><use href="#u" y="30"/><defs><g id="u" '
+    'class="x"><rect class="a" x="5" y="130" width="20" height="20"/><rect class="b" '
+    'x="35" y="130" width="20" height="20"/></g></defs>'
+)
+"""Shapes of which a rule hides some."""
 
 
 def same(body: str, browser: Any) -> bool:
@@ -85,3 +153,9 @@ def test_lengths(browser: Any) -> None:
 @pytest.mark.parametrize("name", GROUPS)
 def test_groups(name: str, browser: Any) -> None:
     assert same(GROUPS[name], browser)
+
+
+def test_selectors(browser: Any) -> None:
+    sheets = [*(f"{selector}{{fill:none}}" for selector in SELECTORS), *WEIGHTS]
+    drawings = {css: ROW.replace("@S@{fill:none}", f"<![CDATA[{css}]]>") for css in sheets}
+    assert [css for css, body in drawings.items() if not same(body, browser)] == []

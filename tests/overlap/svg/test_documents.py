@@ -214,6 +214,25 @@ def test_the_size_of_the_document(attributes, scale):
         ("g{fill:none} rect{fill:unset}", False),
         ("g{fill:none} rect{fill:initial}", True),
         ("}}{{.a{fill", True),
+        ("g > rect:first-child{fill:none}", False),
+        ("g + rect{fill:none} rect:not(#one, .z){fill:none}", True),
+        ("rect:not(.z):not([x]):not(:hover){fill:none}", False),
+        ("rect:is(.a, circle){fill:none}", False),
+        (":where(#one){fill:none} rect{fill:red}", True),
+        (":is(#one, b){fill:none} .x.a{fill:red}", False),
+        (".a{fill:red} rect:not(#z){fill:none}", False),
+        (
+            "rect[class~=a][width^='2'][class$=a][class*='x '][id|=one][id='ONE' i]{fill:none}",
+            False,
+        ),
+        ("rect[class~='x a'], rect[class^=''], rect[id=ONE]{fill:none}", True),
+        (
+            "[class='x a,b'], rect:nth-child(2n + 1):nth-last-child(1):only-of-type{fill:none}",
+            False,
+        ),
+        ("rect:nth-child(2n), rect:nth-child(-n), rect:empty:nth-child(0){fill:none}", True),
+        (r"#\6f ne{fill:none}", False),
+        ("rect,{fill:none}", True),
     ],
 )
 def test_style_sheets(css, shown):
@@ -419,3 +438,72 @@ def test_an_svg_as_wide_as_its_window():
 
 def test_a_path_is_drawn_up_to_a_letter_without_numbers():
     assert area('<path d="M0 0H5V5z hello"/>') == pytest.approx(12.5)
+
+
+ROW = "".join(
+    f'<rect id="r{i}" class="c{i % 2}" y="{20 * i}" width="10" height="10"/>' for i in range(6)
+)
+
+
+@pytest.mark.parametrize(
+    ("selector", "hidden"),
+    [
+        ("rect + rect", 5),
+        ("rect+rect+rect", 4),
+        ("#r1 ~ .c0", 2),
+        ("#r1 ~ .c1 + rect", 1),
+        ("#r1 + .c0 ~ rect", 3),
+        ("g > #r1 ~ rect:not(:last-child)", 3),
+        (".c0 .c1, circle ~ rect, circle + rect, #r5 ~ rect", 0),
+        ("rect:nth-child(3n + 1)", 2),
+        ("rect:nth-child(-n+3)", 3),
+        ("rect:nth-last-of-type(odd)", 3),
+        ("rect:nth-child(n+3):nth-child(-n+4)", 2),
+        (":not(g, svg, style):not(.c0):not(#r1)", 2),
+        (":is(#r1, #r2, :nth-child(2)):not(:not(.c1))", 1),
+    ],
+)
+def test_selectors_of_elements_in_a_row(selector, hidden):
+    body = f"<style><![CDATA[{selector}{{fill:none}}]]></style><g>{ROW}</g>"
+    assert area(body) == pytest.approx(100 * (6 - hidden))
+
+
+def test_rules_for_siblings_look_no_farther_than_a_use():
+    css = "<style>rect:first-child + rect, g + rect{fill:none}</style>"
+    body = f'{css}<defs><g/><rect id="u" width="9" height="9"/></defs><use href="#u"/>'
+    assert area(body) == pytest.approx(81)
+
+
+@pytest.mark.parametrize(
+    ("css", "message"),
+    [
+        (f"rect{'[id]' * 4_001}{{fill:red}}", "at most 4,000 conditions"),
+        ("rect:is(" + "a[b]," * 3_000 + "b){fill:red}", "at most 4,000 conditions"),
+        ("g + a{fill:red}", "more than 20,000 elements"),
+        ("a,:foo," * 300_000 + "a{fill:red}", "600,001 rules"),
+    ],
+)
+def test_style_sheets_that_would_take_long_are_refused(css, message):
+    with pytest.raises(vf.OverlapError, match=message):
+        artwork(f"<style>{css}</style><switch>{'<desc/>' * 21_000}{ONE}</switch>")
+
+
+@pytest.mark.parametrize(
+    "css",
+    [
+        ":not(" * 100_000 + "a" + ")" * 100_000 + "{fill:none}",
+        "rect" + ":not(" * 100_000 + "{fill:none}",
+        "a[b=" * 300_000 + "{fill:none}",
+        "rect +{fill:none}",
+        "[a='" * 300_000 + "]{fill:none}",
+        "\\" * 500_001 + "{fill:none}",
+        "rect:nth-child(" + "9" * 500_000 + "){fill:none}",
+        "(" * 1_000_000 + "{fill:none}",
+    ],
+    ids=["nested", "open", "attributes", "end", "quotes", "escapes", "digits", "brackets"],
+)
+def test_hostile_selectors_are_ignored_at_once(css):
+    start = time.perf_counter()
+    with pytest.warns(vf.OverlapWarning, match="selectors are not read"):
+        assert area(f"<style>{css}</style>{ONE}") == pytest.approx(1)
+    assert time.perf_counter() - start < 10

@@ -15,6 +15,7 @@ NUMBER = r"[+-]?(?:\d*\.\d+|\d+)(?:[eE][+-]?\d+)?"
 TOKEN = re.compile(
     rf"(\s*)(?:({NUMBER})(%|[a-z][\w-]*)?|([a-z][a-z-]*)?\(|([-+*/),]))", re.IGNORECASE | re.ASCII
 )
+DIVIDED = re.compile(r"""\"[^\"]*\"|'[^']*'|[()\[\],]|\s+""")
 DEEPEST = 20
 """Brackets within brackets that are read."""
 
@@ -60,14 +61,25 @@ def computed(source: str, unit: Unit) -> Measure | None:
 
 def words(source: str, sign: str = "") -> list[str]:
     """The parts of a value between spaces, or between signs, that are not within brackets."""
-    found, depth = [""], 0
-    for letter in source.strip():
-        depth += {"(": 1, ")": -1}.get(letter, 0)
-        if depth == 0 and (letter == sign if sign else letter.isspace()):
-            found.append("")
-        else:
-            found[-1] += letter
-    return [part.strip() for part in found if sign or part]
+    source, found, begun, depth = source.strip(), list[str](), 0, 0
+    for part in DIVIDED.finditer(source):
+        if part[0] in ("(", "[", ")", "]"):
+            depth += 1 if part[0] in ("(", "[") else -1
+        elif depth == 0 and (part[0] == sign if sign else part[0].isspace()):
+            found.append(source[begun : part.start()].strip())
+            begun = part.end()
+    last = source[begun:].strip()
+    return [*found, last] if sign or last else found
+
+
+def end_of_brackets(source: str, place: int) -> int:
+    """The place after the bracket that closes the one before a place; 0 if there is none."""
+    depth = 1
+    for found in DIVIDED.finditer(source, place):
+        depth += {"(": 1, ")": -1}.get(found[0], 0)
+        if depth == 0:
+            return found.end()
+    return 0
 
 
 class _UnreadError(Exception):

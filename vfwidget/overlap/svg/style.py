@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 from xml.etree import ElementTree
 
 from ...errors import OverlapError
+from ...limits import limits
 from .paint import accepted
 from .parts import LENGTHS, LONG, is_length
+from .selectors import Facts, places_among
+from .sheets import Rule, is_sheet, pairs_of, rules_of, without_comments
 from .transforms import STYLED
 
 NAMESPACES = ("", "http://www.w3.org/2000/svg")
-MOST_RULES = 1_000
-"""Rules of style sheets that are read."""
-MOST_PARTS = 20
-"""Parts of a selector that is read."""
+ROOM = 4
+"""Elements at which rules for elements after others look, by those that may be drawn."""
 SHAPING = frozenset({"d", "points", "transform"})
 """Attributes that may be longer."""
 IMPORTANT = re.compile(r"\s*!\s*important\s*$", re.IGNORECASE)
-NAMES = re.compile(r"([.#])([\w-]+)")
-ATTRIBUTES = re.compile(r"""\[\s*([\w:-]+)\s*(?:=\s*("[^"]*"|'[^']*'|[\w-]+)\s*)?\]""")
-SIMPLE = re.compile(rf"(\*|[\w-]+)?((?:[.#][\w-]+|:root|{ATTRIBUTES.pattern})*)")
-NEVER = re.compile(r"::|:(?:hover|active|focus|focus-within|focus-visible|visited|target)\b")
-"""Selectors that match nothing in a document that nobody uses."""
-MEDIA = re.compile(r"\s*(?:only\s+)?(?:all|screen)?\s*", re.IGNORECASE)
-"""A query of a style sheet that is always meant for a screen."""
 
 
 def tag_of(element: ElementTree.Element) -> str:
@@ -47,16 +41,20 @@ class Styles:
 
     def __init__(self, root: ElementTree.Element) -> None:
         self._parents = {child: parent for parent in root.iter() for child in parent}
-        self._classes = {e: frozenset(e.get("class", "").split()) for e in root.iter()}
-        sheets = [element.text or "" for element in root.iter() if _is_sheet(element)]
+        sheets = [e.text or "" for e in root.iter() if tag_of(e) == "style" and is_sheet(e)]
         self.unread: dict[str, None] = {}
         """Selectors that are not read."""
-        self._rules = _rules("\n".join(sheets), self.unread)
+        self._rules = rules_of("\n".join(sheets), self.unread)
+        parts = [part for rule in self._rules for part in rule.parts]
+        self._before = dict[ElementTree.Element, ElementTree.Element]()
+        if any(part.sign in "+~" for part in parts):
+            self._before = {after: one for e in root.iter() for one, after in pairwise(e)}
         self.dropped: dict[ElementTree.Element, list[str]] = {}
         """What elements state of their form and place that cannot be read."""
-        self._root = root
+        self._root, self._start = root, [START] * len(self._rules)
         self._known: dict[_Within, dict[str, str]] = {}
         self._reached: dict[_Within, list[_Reached]] = {}
+        self._facts: dict[ElementTree.Element, Facts] = {}
 
     def stated(
         self, element: ElementTree.Element, top: ElementTree.Element | None = None
@@ -81,7 +79,7 @@ class Styles:
         self, element: ElementTree.Element, top: ElementTree.Element | None
     ) -> dict[str, str]:
         declared = [pair for rule in self._matching(element, top) for pair in rule.pairs]
-        declared += _pairs(element.get("style", ""))
+        declared += pairs_of(without_comments(element.get("style", "")))
         important = [pair for pair in declared if IMPORTANT.search(pair[1])]
         own, dropped = dict[str, str](), list[str]()
         for name, value in element.attrib.items():
@@ -109,119 +107,122 @@ class Styles:
     ) -> list[_Reached]:
         """How many parts of each rule, from the outside in, an element and those around it match.
 
-        The last part of a rule is left out. An element continues where the one around it ends, so
-        nothing is compared again for each element inside.
+        The last part of a rule is left out. An element continues where the one around it and the
+        one before it end, so nothing is compared again for each element inside.
         """
         path, above = [], element
         while above is not None and (above, top) not in self._reached:
             path.append(above)
             above = self._above(above, top)
-        nothing = [NOTHING] * len(self._rules)
-        reached = nothing if above is None else self._reached[above, top]
+        around = self._start if above is None else self._reached[above, top]
         for one in reversed(path):
-            facts = self._facts(one)
-            reached = [
-                _inside(rule, before, facts) if len(rule.parts) > 1 else NOTHING
-                for before, rule in zip(reached, self._rules, strict=True)
+            around = self._along(one, top, around)
+        return around
+
+    def _along(
+        self,
+        element: ElementTree.Element | None,
+        top: ElementTree.Element | None,
+        around: list[_Reached],
+    ) -> list[_Reached]:
+        """The same for an element, by that of the one around it, from the first one beside it."""
+        row = []
+        while element is not None and (element, top) not in self._reached:
+            row.append(element)
+            element = self._previous(element, top)
+        beside = self._start if element is None else self._reached[element, top]
+        for one in reversed(row):
+            facts = self._facts_of(one)
+            beside = [
+                _inside(rule, outer, before, facts) if len(rule.parts) > 1 else START
+                for rule, outer, before in zip(self._rules, around, beside, strict=True)
             ]
-            self._reached[one, top] = reached
-        return reached
+            self._reached[one, top] = beside
+        self._check_size()
+        return beside
+
+    def _check_size(self) -> None:
+        """Refuse a document in which rules for siblings look at too many elements."""
+        if len(self._reached) > ROOM * limits.svg_elements:
+            raise OverlapError(
+                "The SVG has rules of style for elements after others, and more than "
+                f"{ROOM * limits.svg_elements:,} elements; simplify it or raise "
+                "vf.limits.svg_elements."
+            )
+
+    def _previous(
+        self, element: ElementTree.Element, top: ElementTree.Element | None
+    ) -> ElementTree.Element | None:
+        """The element before one, if a rule asks for it."""
+        return None if element is top else self._before.get(element)
 
     def _matching(
         self, element: ElementTree.Element, top: ElementTree.Element | None
-    ) -> list[_Rule]:
-        """The rules whose last part matches an element, and the others elements around it."""
-        facts = self._facts(element)
+    ) -> list[Rule]:
+        """The rules that an element matches."""
+        around = self._progress(self._above(element, top), top)
+        beside = self._along(self._previous(element, top), top, around)
+        facts = self._facts_of(element)
         return [
             rule
-            for before, rule in zip(
-                self._progress(self._above(element, top), top), self._rules, strict=True
-            )
-            if before.allows(rule, len(rule.parts) - 1) and rule.parts[-1].fits(facts)
+            for rule, outer, before in zip(self._rules, around, beside, strict=True)
+            if _allows(rule, len(rule.parts) - 1, outer, before) and rule.parts[-1].fits(facts)
         ]
 
-    def _facts(self, element: ElementTree.Element) -> _Facts:
-        return _Facts(
-            tag_of(element),
-            self._classes.get(element, frozenset()),
-            element.attrib,
-            element is self._root,
-        )
+    def _facts_of(self, element: ElementTree.Element) -> Facts:
+        """The facts about an element; those of all elements beside it are collected at once."""
+        if element not in self._facts:
+            above = self._parents.get(element)
+            row = [element] if above is None else list(above)
+            for one, places in zip(row, places_among([e.tag for e in row]), strict=True):
+                self._facts[one] = Facts(
+                    tag_of(one),
+                    frozenset(one.get("class", "").split()),
+                    one.attrib,
+                    places,
+                    one is self._root,
+                    not len(one) and not one.text,
+                )
+        return self._facts[element]
 
 
 _Within = tuple[ElementTree.Element, ElementTree.Element | None]
 """An element, and the one that a ``use`` draws with it."""
 
 
-class _Facts(NamedTuple):
-    """The facts about an element that selectors ask for."""
-
-    tag: str
-    classes: frozenset[str]
-    attributes: dict[str, str]
-    is_root: bool
-
-
-class _Part(NamedTuple):
-    """One part of a selector, such as ``rect.a``: the type, the classes and the ids it states.
-
-    ``attributes`` are names with values, or with None for any value. ``child`` says whether the
-    element must lie directly in the one of the part before.
-    """
-
-    tag: str | None
-    classes: frozenset[str]
-    attributes: tuple[tuple[str, str | None], ...]
-    root: bool
-    child: bool
-
-    def fits(self, facts: _Facts) -> bool:
-        """Whether an element matches the part."""
-        return (
-            (self.tag is None or self.tag == facts.tag)
-            and self.classes <= facts.classes
-            and (facts.is_root or not self.root)
-            and all(
-                name in facts.attributes and value in (None, facts.attributes[name])
-                for name, value in self.attributes
-            )
-        )
-
-
-class _Rule(NamedTuple):
-    """One selector of a style sheet, its parts from the outside in, and what it declares."""
-
-    weight: int
-    parts: list[_Part]
-    pairs: list[tuple[str, str]]
-
-
 class _Reached(NamedTuple):
-    """How much of a rule matches an element and those around it.
+    """How much of a rule matches an element and those around it and before it.
 
     Bit k of ``here`` says whether the first k parts match, the last of them this element; that of
-    ``within``, whether they match this element or one around it.
+    ``within``, whether they match this element or one around it; that of ``beside``, whether they
+    match this element or one before it in the same element.
     """
 
     here: int
     within: int
-
-    def allows(self, rule: _Rule, index: int) -> bool:
-        """Whether an element directly inside may be that of a part."""
-        bits = self.here if rule.parts[index].child else self.within
-        return bool(bits >> index & 1)
+    beside: int
 
 
-NOTHING = _Reached(0, 1)
+START = _Reached(0, 1, 0)
 
 
-def _inside(rule: _Rule, before: _Reached, facts: _Facts) -> _Reached:
-    """How much of a rule matches an element, by how much of it matches the one around it."""
-    here = 0
-    for index in range(min(before.within.bit_length(), len(rule.parts) - 1)):
-        if before.allows(rule, index) and rule.parts[index].fits(facts):
+def _allows(rule: Rule, index: int, around: _Reached, before: _Reached) -> bool:
+    """Whether an element may be that of a part, by how much matches those around and before it."""
+    sign = rule.parts[index].sign
+    if sign in (" ", ">"):
+        bits = around.within if sign == " " else around.here
+    else:
+        bits = before.here if sign == "+" else before.beside
+    return bool(bits >> index & 1)
+
+
+def _inside(rule: Rule, around: _Reached, before: _Reached, facts: Facts) -> _Reached:
+    """How much of a rule matches an element."""
+    here, reached = 0, around.within | before.beside
+    for index in range(min(reached.bit_length(), len(rule.parts) - 1)):
+        if _allows(rule, index, around, before) and rule.parts[index].fits(facts):
             here |= 2 << index
-    return _Reached(here, before.within | here)
+    return _Reached(here, around.within | here, before.beside | here)
 
 
 def _state(own: dict[str, str], name: str, value: str) -> bool:
@@ -237,122 +238,3 @@ def _state(own: dict[str, str], name: str, value: str) -> bool:
 def _is_told(name: str, value: str) -> bool:
     """Whether it is said that a value is ignored; a length below 0 is meant to be."""
     return name in STYLED or (name in LENGTHS and not is_length(value) and value != "")
-
-
-def _is_sheet(element: ElementTree.Element) -> bool:
-    """Whether an element is a style sheet for a screen."""
-    kind = element.get("type", "").strip().lower()
-    return (
-        tag_of(element) == "style"
-        and kind in ("", "text/css")
-        and _is_for_screen(element.get("media", ""))
-    )
-
-
-def _is_for_screen(media: str) -> bool:
-    """Whether one of several queries has no condition; conditions of windows are not known."""
-    return any(MEDIA.fullmatch(query) for query in media.split(","))
-
-
-def _rules(css: str, unread: dict[str, None]) -> list[_Rule]:
-    """The rules of a style sheet, the one that decides last.
-
-    Selectors of types, classes, ids, attributes and the root are read, and those of elements
-    within others. Others are added to ``unread``.
-    """
-    rules, known = [], dict[str, _Part]()
-    for selectors, body in _blocks(_without_comments(css)):
-        pairs = _pairs(body)
-        for selector in selectors.split(",") if pairs else ():
-            words = selector.replace(">", " > ").split()
-            parts = [word for word in words if word != ">"]
-            ends = not words or words[0] == ">" or words[-1] == ">" or "> >" in " ".join(words)
-            if ends or len(parts) > MOST_PARTS or not all(map(SIMPLE.fullmatch, parts)):
-                if not NEVER.search(selector):
-                    unread[selector.strip()[:80]] = None
-                continue
-            keys = [
-                ">" * (i > 0 and words[i - 1] == ">") + word
-                for i, word in enumerate(words)
-                if word != ">"
-            ]
-            # A hostile sheet may repeat a part a million times.
-            known |= {key: _part(key) for key in set(keys) - known.keys()}
-            rules.append(_Rule(sum(map(_weight, parts)), [known[key] for key in keys], pairs))
-    if len(rules) > MOST_RULES:
-        raise OverlapError(
-            f"The SVG has {len(rules):,} rules of style, and at most {MOST_RULES:,} are read; "
-            "simplify it."
-        )
-    return sorted(rules, key=lambda rule: rule.weight)
-
-
-def _blocks(css: str) -> Iterator[tuple[str, str]]:
-    """The selectors and the declarations of each rule, also of those for screens only."""
-    place, begun, groups = 0, 0, 0
-    while found := SIGN.search(css, place):
-        place, before = found.end(), css[begun : found.start()].strip()
-        rule = before.startswith("@")
-        if found[0] == "{" and rule and _is_group(before):
-            groups += 1
-        elif found[0] == "{":
-            end = _end_of_block(css, place)
-            if not rule:
-                yield before, css[place:end]
-            place = end + 1
-        elif found[0] == "}" and groups:
-            groups -= 1
-        elif not (found[0] == ";" and rule):
-            continue  # A sign where it means nothing spoils the selector.
-        begun = place
-
-
-SIGN = re.compile(r"[{};]")
-
-
-def _is_group(rule: str) -> bool:
-    """Whether the rules within this one are for screens."""
-    name, _, media = rule.partition(" ")
-    return name.lower() == "@layer" or (name.lower() == "@media" and _is_for_screen(media))
-
-
-def _end_of_block(css: str, place: int) -> int:
-    """Where the block ends that begins before a place."""
-    depth = 1
-    for found in SIGN.finditer(css, place):
-        depth += {"{": 1, "}": -1}.get(found[0], 0)
-        if depth == 0:
-            return found.start()
-    return len(css)
-
-
-def _weight(part: str) -> int:
-    """The specificity of a part of a selector, as one number."""
-    bare = ATTRIBUTES.sub("", part)
-    types = part[0] not in ".#*[:"
-    classes = bare.count(".") + len(ATTRIBUTES.findall(part)) + bare.count(":root")
-    return 10_000 * bare.count("#") + 100 * classes + types
-
-
-def _part(source: str) -> _Part:
-    """A part of a selector, from its text."""
-    child = source.startswith(">")
-    source = source.removeprefix(">")
-    stated = [(m[1], m[2] and m[2].strip("\"'")) for m in ATTRIBUTES.finditer(source)]
-    bare = ATTRIBUTES.sub("", source)
-    tag = re.match(r"[\w-]+", bare)
-    names = NAMES.findall(bare)
-    classes = frozenset(name for kind, name in names if kind == ".")
-    stated += [("id", name) for kind, name in names if kind == "#"]
-    return _Part(tag[0] if tag else None, classes, tuple(stated), ":root" in bare, child)
-
-
-def _without_comments(css: str) -> str:
-    first, *others = css.replace("<!--", "").replace("-->", "").split("/*")
-    return first + "".join(other.partition("*/")[2] for other in others)
-
-
-def _pairs(body: str) -> list[tuple[str, str]]:
-    """The names and values of declarations."""
-    found = [part.partition(":") for part in body.split(";")]
-    return [(name.strip().lower(), value.strip()) for name, colon, value in found if colon]

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import OverlapError
-from .maths import NUMBER, Measure, computed, words
+from .maths import NUMBER, Measure, computed, end_of_brackets, words
 from .parts import FONT_SIZE, LONG, lengths
 
 CALL = re.compile(r"([a-zA-Z]\w*)(\s*)\(", re.ASCII)
@@ -168,7 +168,7 @@ def _product(source: str, frame: Frame, styled: bool) -> Array | None:
     matrix, place = np.eye(3, 2), len(source) - len(source.lstrip())
     while place < len(source):
         found = CALL.match(source, place)
-        end = _end_of_brackets(source, found.end()) if found else 0
+        end = end_of_brackets(source, found.end()) if found else 0
         if not found or not end or (styled and found[2]):
             return None
         arguments = source[found.end() : end - 1]
@@ -185,16 +185,6 @@ def _product(source: str, frame: Frame, styled: bool) -> Array | None:
 
 
 GAP = re.compile(r"\s*,?\s*")
-
-
-def _end_of_brackets(source: str, place: int) -> int:
-    """The place after the bracket that closes the one before a place; 0 if there is none."""
-    depth = 1
-    for found in re.finditer(r"[()]", source[place:]):
-        depth += 1 if found[0] == "(" else -1
-        if depth == 0:
-            return place + found.end()
-    return 0
 
 
 def _numbers(source: str) -> list[str] | None:

@@ -92,8 +92,8 @@ def drawn_shapes(source: str) -> list[Drawn]:
     if unread := list(document.styles.unread):
         warn_caller(
             "Rules of style are ignored whose selectors are not read: "
-            f"{', '.join(map(repr, unread[:3]))}; state them by types, classes, ids, attributes, "
-            ":root, and elements within others.",
+            f"{', '.join(map(repr, unread[:3]))}; state them by types, classes, ids, "
+            "attributes, and pseudo-classes such as :not() and :nth-child().",
             OverlapWarning,
         )
     return shapes
