@@ -324,3 +324,13 @@ def test_a_result_of_a_restart_counts_and_lists_all_steps_of_the_restart() -> No
             assert len(found.history) == found.iterations + 1
             assert found.history[-1].cost == pytest.approx(found.cost)
     assert moved
+
+
+def test_a_history_that_is_written_to_moves_no_text() -> None:
+    text = vf.Text("recursive", "n", axes={"wght": 600})
+    found = vf.solve(text, [vf.Target(text.nearest(600, 0), (580, 0)), vf.StayClose()])
+    start, end = text.theta, found.theta.clone()
+    for theta, _ in found.history:
+        theta += 1
+    assert (text.theta == start).all() and (found.text.theta == end).all()
+    assert (vf.Text("recursive", "n", axes={"wght": 600}).theta == start).all()

@@ -43,7 +43,32 @@ def test_derivatives(options):
     text = pushed_together().at(theta=[[0.3, 0.4, 0.2, -0.3, 0.1], [0.2, 0.1, 0.5, -0.2, 0.3]])
     text = text.at(offsets=[(0, 0), (-200, 3)])
     bar = [(100, 300), (160, 290), (170, 420)]
-    vf.check_derivative(vf.NoOverlap([bar], **options), text)
+    assert vf.check_derivative(vf.NoOverlap([bar], **options), text) < 1e-4
+
+
+class Writing(vf.NoOverlap):
+    """A term that writes to its arguments."""
+
+    def residual(self, points, theta):
+        found = super().residual(points, theta)
+        points += 50.0
+        return found
+
+
+def test_a_term_that_writes_to_its_arguments_does_not_move_the_text():
+    text = pushed_together()
+    rows = Writing([[(100, 300), (160, 290), (170, 420)]]).bind(text).locate(text)
+    before = rows.residual(text.place)
+    assert before.any()
+    assert (rows.residual(text.place) == before).all()
+
+
+def test_a_bound_term_has_the_points_of_the_text_that_it_is_located_at():
+    text = pushed_together()
+    bound = vf.NoOverlap().bind(text)
+    for other in text.at(rotations=[0.3, -0.2]), text.at(tracking=40), text.at({"wght": 900}):
+        found = bound.locate(other).points.positions(other.place)
+        np.testing.assert_allclose(found, other.points().numpy(), atol=1e-9)
 
 
 def test_the_square_of_the_residual_is_the_area():

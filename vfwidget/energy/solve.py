@@ -269,8 +269,8 @@ def solution_of(
 
 
 def _iterates(unknowns: Unknowns, best: Descent) -> list[Iterate]:
-    """:attr:`Solution.history`."""
-    return [Iterate(unknowns.value(AXES, x), cost) for x, cost in best.history]
+    """:attr:`Solution.history`, as copies: the texts at both ends have the first and last ones."""
+    return [Iterate(unknowns.value(AXES, x).copy(), cost) for x, cost in best.history]
 
 
 def _held_ends(energy: Energy, best: Descent) -> Array:

@@ -106,7 +106,11 @@ class NoOverlap(Term):
     def points(self, text: Text) -> PointSet:
         """All control points of the outlines that are visible."""
         points: PointSet | None = self._points
-        return as_drawn(text).point_set() if points is None else points
+        drawn = as_drawn(text)
+        if points is None or drawn.word is not points.word:
+            return drawn.point_set()
+        turned = not np.array_equal(drawn.rotations, self._text.rotations)
+        return drawn.point_set() if turned else points
 
     def locate(self, text: Text) -> Rows | None:
         """The residual with the planes that are found at ``text``."""

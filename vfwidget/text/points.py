@@ -125,7 +125,8 @@ class RememberedPoints(PointSet):
     def positions(self, place: Values) -> Any:
         """See :meth:`PointSet.positions`; ``place`` holds arrays."""
         at = b"".join([place[name].tobytes() for name in (AXES, OFFSETS, TRACKING)])
-        return self._latest.get(at, lambda: self._points.positions(place))
+        # A caller may write to them.
+        return self._latest.get(at, lambda: self._points.positions(place)).copy()
 
     def jacobian(self, place: Values) -> Any:
         """See :meth:`PointSet.jacobian`."""
