@@ -185,6 +185,10 @@ def test_unknown_names_are_clear_errors():
     for figure in plot.gallery, plot.scalars:
         with pytest.raises(vf.AxisError, match="twice"):
             figure(font, "a", "wght", "wght")
-    with pytest.raises(vf.VFWidgetError, match="at least 2"):
-        plot.gallery(font, "a", "wght", count=1)
+    for count in 1, 101, 10**9, 2.5, "five":
+        with pytest.raises(vf.VFWidgetError, match="count must be a whole number from 2 to 100"):
+            plot.gallery(font, "a", "wght", count=count)
+    for samples in -1, 10**9, 1.5, "one":
+        with pytest.raises(vf.VFWidgetError, match="samples must be a whole number from 0"):
+            plot.outline(font, "a", samples=samples)
     assert plt.get_fignums() == []

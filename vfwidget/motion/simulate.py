@@ -168,7 +168,7 @@ def simulate(
         restitution=read_number("restitution", restitution, 0.0, 1.0, False),
         friction=read_number("friction", friction, 0.0, math.inf, False),
         frame=read_number("dt", dt, 0.0, math.inf, True),
-        substeps=None if auto else read_count('substeps must be "auto" or', substeps),
+        substeps=None if auto else read_count('substeps, unless "auto",', substeps),
     )
     positions = read_flag("positions", positions, MotionError)
     rotations = read_flag("rotations", rotations, MotionError)

@@ -6,12 +6,22 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..arrays import to_array
-from ..errors import VFWidgetError
 from ..font import Axis, Font, load_font
 from ..text import AxisValues
 from .canvas import BLUE, around, caption, draw_glyph, ink, plain
-from .subject import axis_index, axis_label, given, location, takes_part, title, two_axes
+from .subject import (
+    axis_index,
+    axis_label,
+    check_count,
+    given,
+    location,
+    takes_part,
+    title,
+    two_axes,
+)
 
+MOST = 100
+"""Values of an axis. With two axes, the square of their number is drawn."""
 GAP = 0.12
 """Distance between glyphs, in em."""
 
@@ -35,7 +45,7 @@ def gallery(
     tag, tag2 : str
         The horizontal axis and the vertical axis.
     count : int
-        Number of values of each axis, at least 2. They have equal steps in user coordinates over
+        Number of values of each axis, 2 to 100. They have equal steps in user coordinates over
         the whole range; the inner value nearest to the default is replaced by the default.
     axes : axis values, as for :class:`vfwidget.Text`, optional
         User values of the other axes; the default instance if omitted.
@@ -55,13 +65,12 @@ def gallery(
     GlyphError
         The font has no such glyph.
     VFWidgetError
-        ``count`` is less than 2.
+        ``count`` is not a whole number from 2 to 100.
     """
     font = load_font(font)
     shape = font.glyph(glyph)
     shown = [axis_index(font, tag)] if tag2 is None else [*two_axes(font, tag, tag2)]
-    if count < 2:
-        raise VFWidgetError(f"count must be at least 2; received {count}.")
+    check_count("count", count, 2, MOST)
     across = [font.axes[i] for i in shown]
     stops = [_stops(axis, count) for axis in across]
     location(font, axes)  # raises AxisError if an axis is wrong

@@ -10,9 +10,8 @@ from matplotlib.axes import Axes
 from ..arrays import to_array
 from ..errors import VFWidgetError
 from ..motion.animation import Animation
-from ..solver.problem import is_count
 from .canvas import GREY, bare, caption, draw_glyph, panels
-from .subject import text_title
+from .subject import check_count, text_title
 
 ROW = 6
 """Frames in a row."""
@@ -44,10 +43,7 @@ def frames(animation: Animation, count: int = 12, ax: Axes | None = None) -> Any
     """
     if not isinstance(animation, Animation):
         raise VFWidgetError(f"frames draws an Animation; received {type(animation).__name__}.")
-    if not is_count(count) or not 2 <= count <= MOST:
-        raise VFWidgetError(
-            f"A contact sheet has at least 2 frames and at most {MOST}; received {count!r:.200}."
-        )
+    check_count("count", count, 2, MOST)
     indices = np.linspace(0, len(animation) - 1, count).round().astype(int)
     shown = [[to_array(s) for s in animation[i].segments()] for i in indices.tolist()]
     points = np.concatenate([s.reshape(-1, 2) for contours in shown for s in contours])

@@ -34,9 +34,19 @@ from .canvas import (
     panels,
     plain,
 )
-from .subject import OFFSET, axis_label, left_out, lengths, location, text_title, title
+from .subject import (
+    OFFSET,
+    axis_label,
+    check_count,
+    left_out,
+    lengths,
+    location,
+    text_title,
+    title,
+)
 
 MOST_AXES = 6
+MOST_SAMPLES = 1000
 MOST_LETTERS = 12
 """A longer word is drawn without numbers, because they would overlap."""
 NORMAL, DIRECTION = 0.05, 0.08
@@ -64,7 +74,8 @@ def outline(
         The instance. If omitted, the default instance of a font, or the axes of a text. For a
         text, anything that :meth:`vfwidget.Text.at` accepts.
     samples : int
-        Number of points with a normal on each segment, at equal steps of its parameter. Default 1.
+        Number of points with a normal on each segment, at equal steps of its parameter, 0 to 1,000.
+        Default 1.
     ax : matplotlib Axes, optional
         The Axes to draw in. By default the function makes a new figure.
 
@@ -79,7 +90,10 @@ def outline(
         The font has no such axis.
     GlyphError
         The font has no such glyph, or the text no such letter.
+    VFWidgetError
+        ``samples`` is not a whole number from 0 to 1,000.
     """
+    check_count("samples", samples, 0, MOST_SAMPLES)
     if isinstance(font_or_text, Text):
         font, contours, name = _letters(font_or_text, glyph, axes)
     else:
@@ -90,7 +104,7 @@ def outline(
     em = font.units_per_em
     cubics = np.concatenate([np.zeros((0, 4, 2)), *contours])
 
-    points, tangents = _sample(cubics, (np.arange(samples) + 0.5) / samples)
+    points, tangents = _sample(cubics, (np.arange(samples) + 0.5) / max(samples, 1))
     normals = tangents[:, ::-1] * [-1, 1] * _outside(cubics)
     tips = points + NORMAL * em * normals
 

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, BoolArray, to_array
-from ..errors import AxisError
+from ..errors import AxisError, VFWidgetError
 from ..font import Axis, Font, Glyph
 from ..outline.variation import Regions
+from ..solver.problem import is_count
 from ..text import AxisValues, Text
 from ..text.inputs import user_values
 from .canvas import plain, showable
@@ -27,6 +28,20 @@ def given(font: Font, axes: AxisValues | None) -> Mapping[str, Any]:
 def location(font: Font, axes: AxisValues | None) -> Array:
     """Convert user values to normalized coordinates (n,)."""
     return to_array(font.normalize(given(font, axes)))
+
+
+def check_count(name: str, value: Any, least: int, most: int) -> None:
+    """Check a number of things to draw.
+
+    Raises
+    ------
+    VFWidgetError
+        It is not a whole number of the range.
+    """
+    if not is_count(value) or not least <= value <= most:
+        raise VFWidgetError(
+            f"{name} must be a whole number from {least} to {most:,}; received {value!r:.200}."
+        )
 
 
 def axis_index(font: Font, tag: str) -> int:
