@@ -49,7 +49,7 @@ def test_brute_force_tells_what_is_in_reach() -> None:
     assert (far > 1000).all()
 
 
-def test_places_are_reached() -> None:
+def test_a_solve_reaches_positions_that_are_in_reach() -> None:
     for place in reach.places("dynapuff", "a", 4):
         assert reach.attempt(place, restarts=8).miss <= reach.WITHIN
 

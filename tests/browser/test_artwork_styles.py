@@ -134,12 +134,12 @@ def same(body: str, browser: Any) -> bool:
         return differing(body, browser) <= 8
 
 
-def test_transforms(browser: Any) -> None:
+def test_transforms_are_those_of_the_browser(browser: Any) -> None:
     shape = '<path d="M99 0H200V20H99"/><rect width="50" height="40" x="30" y="60" style="{}"/>'
     assert [one for one in TRANSFORMS if not same(shape.format(one), browser)] == []
 
 
-def test_lengths(browser: Any) -> None:
+def test_lengths_are_those_of_the_browser(browser: Any) -> None:
     shapes = (
         '<rect width="99" height="20"/><rect width="{0}" height="40" x="10" y="60"/>'
         '<rect width="33" height="40" x="10" y="120" style="width:{0}"/>'
@@ -151,11 +151,11 @@ def test_lengths(browser: Any) -> None:
 
 
 @pytest.mark.parametrize("name", GROUPS)
-def test_groups(name: str, browser: Any) -> None:
+def test_groups_are_those_of_the_browser(name: str, browser: Any) -> None:
     assert same(GROUPS[name], browser)
 
 
-def test_selectors(browser: Any) -> None:
+def test_selectors_are_those_of_the_browser(browser: Any) -> None:
     sheets = [*(f"{selector}{{fill:none}}" for selector in SELECTORS), *WEIGHTS]
     drawings = {css: ROW.replace("@S@{fill:none}", f"<![CDATA[{css}]]>") for css in sheets}
     assert [css for css, body in drawings.items() if not same(body, browser)] == []

@@ -73,7 +73,7 @@ def editor_on(page: Any) -> Screen:
     return Screen(page, root)
 
 
-def test_jupyterlab(lab: Any, text: vf.Text) -> None:
+def test_the_editor_works_in_jupyterlab(lab: Any, text: vf.Text) -> None:
     notebook = lab([SHOW, "print(editor.axes)"])
     screen = Screen(notebook.page, notebook.editors.first)
     screen.root.scroll_into_view_if_needed()

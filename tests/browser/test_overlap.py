@@ -64,7 +64,7 @@ def test_a_thin_bar_stops_a_drag(lab: Callable[..., Any], tmp_path: Path) -> Non
     assert notebook.errors() == []
 
 
-def test_the_switch(lab: Callable[..., Any]) -> None:
+def test_the_switch_lets_letters_make_room(lab: Callable[..., Any]) -> None:
     notebook = lab([SHOW.replace(", avoid_overlaps=True", ""), REPORT])
     screen = Screen(notebook)
     edge = json.loads(notebook.output(1))["right"]

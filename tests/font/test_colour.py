@@ -271,6 +271,7 @@ def test_the_numbers_of_a_paint_have_derivatives(edit):
 def test_the_outline_of_a_layer_has_a_derivative():
     glyph = vf.load_font(colour_fonts.coloured()).glyph("a")
     w = torch.tensor([0.3, 0.4], dtype=torch.float64)
+    assert glyph.layers
     for layer in glyph.layers:
         autograd = torch.autograd.functional.jacobian(layer.glyph.points, w)
         torch.testing.assert_close(layer.glyph.jacobian(w), autograd)

@@ -50,7 +50,7 @@ def test_positions_are_not_rounded() -> None:
     assert row.positions[:, 0].tolist() == [500.25 + g / 1024 for g in row.glyph_ids]
 
 
-def test_features_are_switched() -> None:
+def test_features_are_switched_on_and_off() -> None:
     font = vf.load_font("roboto-flex")
     assert names(font, "afi") == ["uni0061", "uniFB01"]
     for off in (False, 0, np.False_, np.int64(0)):

@@ -128,7 +128,7 @@ def test_a_photograph_is_turned_as_its_file_says(coverage, tmp_path):
     assert read_image(tmp_path / "turned.png") == pytest.approx(np.rot90(1 - coverage, -1))
 
 
-def test_black_and_white():
+def test_a_mask_is_read_as_black_and_white():
     values = read_image(np.eye(7, 9) > 0)
     assert np.array_equal(values, np.eye(7, 9))
     assert np.array_equal(read_image(Image.fromarray(np.eye(8) > 0)), np.eye(8))

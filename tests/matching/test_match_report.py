@@ -112,13 +112,13 @@ def test_uncertainty_covers_the_truth(name, string, axes, count):
     assert 0.3 < ratios.mean() < 1.6
 
 
-def test_a_report(found):
+def test_the_report_of_a_good_match_names_font_ink_and_axes(found):
     report = found.report()
     assert report.startswith("matched: ")
     assert found.text.font.family_name in report
     assert "100.0 % of the ink of 'S'" in report
     assert "wght        620 ± " in report
-    assert "trust no axis" not in report
+    assert "does not show an instance" not in report
 
 
 def test_a_report_of_each_letter_and_of_what_is_not_seen(ignorant):

@@ -57,7 +57,7 @@ SPOILT = {
         *[pytest.param(how, i, marks=pytest.mark.slow) for how in SPOILT for i in (2, 3, 4)],
     ],
 )
-def test_spoilt_pictures(how, seed):
+def test_spoilt_pictures_are_matched(how, seed):
     spoil, error, pixels = SPOILT[how]
     rng = np.random.default_rng(seed)
     truth = random_place(vf.Text("dynapuff", "S"), rng)

@@ -37,7 +37,7 @@ def read_masters(regular: str, bold: str) -> vf.Glyph:
     )
 
 
-def test_a_strangers_reader():
+def test_a_reader_of_another_format_can_make_a_glyph():
     bar = read_masters("M0,0L100,0L100,700L0,700Z", "M0,0L220,0L220,700L0,700Z")
     assert bar.contours == (4,)
     assert bar.points([0.5])[::3].tolist() == [[0, 0], [160, 0], [160, 700], [0, 700]]

@@ -38,7 +38,7 @@ def test_letters_keep_their_ink(name):
         assert signed_area(simple) == pytest.approx(ink, rel=1e-6)
 
 
-def test_rules():
+def test_shapes_are_joined_by_the_fill_rule():
     square = np.array([(0, 0), (0, 1), (1, 1), (1, 0)], float)
     sides = np.stack([square, np.roll(square, -1, 0)], 1)
     segments = np.stack(

@@ -56,7 +56,7 @@ def area(art):
         ('<rect width="3" height="3" style="display:none"/><rect width="1" height="1"/>', 1),
     ],
 )
-def test_areas(body, want):
+def test_the_areas_of_shapes_are_those_of_geometry(body, want):
     assert area(artwork(body)) == pytest.approx(want, rel=2e-3)
 
 

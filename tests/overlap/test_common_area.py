@@ -81,14 +81,14 @@ def two_letters(font, string, rng):
 
 @pytest.mark.parametrize("name", vf.bundled_fonts())
 @pytest.mark.parametrize("string", ["NT", "oe", "a&", "8%"])
-def test_letters(name, string):
+def test_the_common_area_of_letters_is_that_of_clipper(name, string):
     first, second = two_letters(name, string, np.random.default_rng(len(name)))
     assert area(first, second) == pytest.approx(by_clipper(first, second), rel=1e-5, abs=1e-2)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", vf.bundled_fonts())
-def test_all_pairs_of_letters(name):
+def test_the_common_area_of_all_pairs_of_letters_is_that_of_clipper(name):
     rng, font = np.random.default_rng(7), vf.load_font(name)
     for one in LETTERS:
         for other in LETTERS:
@@ -105,7 +105,7 @@ corner = st.tuples(*[st.integers(-20, 20)] * 2)
 
 @checked
 @given(*[st.lists(corner, min_size=3, max_size=7, unique=True)] * 2)
-def test_polygons_against_shapely(one, other):
+def test_the_common_area_of_polygons_is_that_of_shapely(one, other):
     # Corners on a small grid: many edges coincide, and many corners lie on edges.
     first, second = (Shape(polygon(np.array(p, float)), [len(p)]) for p in (one, other))
     polygons = [shapely.Polygon(p) for p in (one, other)]

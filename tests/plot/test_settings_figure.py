@@ -46,7 +46,7 @@ def test_a_font_that_exchanges_nothing():
     assert "everywhere" in plt.gcf().subfigs[0].get_supxlabel()
 
 
-def test_one_axis():
+def test_one_axis_has_a_row_of_boxes():
     font = vf.load_font(fonts.swapping([{"wght": (0.25, 0.5)}, {"wght": (0.9, 1)}]))
     (panel,) = plot.settings(font, "a")
     names = legend()
@@ -57,7 +57,7 @@ def test_one_axis():
     assert panel.get_xlabel() == "wght (Weight)"
 
 
-def test_two_axes():
+def test_two_axes_have_a_grid_of_boxes():
     (panel,) = plot.settings("recursive", "k", axes={"wght": 800})
     names, font = legend(), vf.load_font("recursive")
     assert set(names) == {"k", "k.italic"}
@@ -86,7 +86,7 @@ def test_a_text_is_shown_with_its_glyphs_that_change():
     assert len(cells(panel)) == 4
 
 
-def test_bad_input():
+def test_bad_input_is_refused():
     with pytest.raises(vf.TextError, match="is empty"):
         plot.settings("recursive")
     with pytest.raises(vf.AxisError):

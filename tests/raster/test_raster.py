@@ -179,14 +179,14 @@ def close_to_scanlines(name, letter):
 
 
 @pytest.mark.parametrize("name", vf.bundled_fonts())
-def test_letters(name):
+def test_a_letter_of_each_font_is_that_of_the_scanlines(name):
     close_to_scanlines(name, "R")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("letter", "AQRSWXagkt48&@$%éöß§")
 @pytest.mark.parametrize("name", vf.bundled_fonts())
-def test_a_hundred_letters(name, letter):
+def test_a_hundred_letters_are_those_of_the_scanlines(name, letter):
     close_to_scanlines(name, letter)
 
 
@@ -349,7 +349,7 @@ def test_a_batch_is_its_images():
             np.testing.assert_allclose(tensor.grad[i], contour.grad, rtol=0, atol=1e-10)
 
 
-def test_a_transform_places():
+def test_a_transform_moves_the_contours():
     whole, singles = batch_of()
     moved = [contour @ TURNED[:, :2].T + TURNED[:, 2] for contour in singles[0]]
     got = image_of(singles[0], transform=TURNED)

@@ -98,7 +98,7 @@ def test_diffvg_takes_batches_and_transforms():
 
 
 @pytest.mark.skipif(not REFERENCE.exists(), reason="VFWIDGET_DIFFVG_IMAGES names no file")
-def test_reference_images():
+def test_images_agree_with_those_of_diffvg():
     data = np.load(REFERENCE)
     for name in data["names"]:
         cubics, contour = data[f"{name}_cubics"], data[f"{name}_contour"]

@@ -161,7 +161,7 @@ def test_backward_forward_and_jacobian_agree(segments, seed):
 
 
 @pytest.mark.filterwarnings("ignore:.*torch.jit:DeprecationWarning")
-def test_torch_func():
+def test_the_transforms_of_torch_func_work():
     text = vf.Text("recursive", "a", axes={"wght": 600, "CASL": 0.4, "slnt": -7})
     placement, theta = frame(text, (24, 24)), text.theta
 
@@ -183,7 +183,7 @@ def test_torch_func():
     torch.testing.assert_close(images[1], image(thetas[1]), rtol=0, atol=1e-12)
 
 
-def test_gradcheck():
+def test_gradcheck_of_torch_passes():
     pair, _ = crossing()
     # A contour must stay closed as its points are moved one by one.
     indices = Contours([4]).segments

@@ -206,13 +206,14 @@ def test_marks_over_a_space_without_gpos() -> None:
     [colour_fonts.coloured, colour_fonts.flat_colours, varc_fonts.varc],
     ids=["COLR 1", "COLR 0", "VARC"],
 )
-def test_extents_of_glyphs_in_other_tables(build: Callable[[], bytes], mark: str) -> None:
+def test_marks_in_other_tables_are_right_or_refused(build: Callable[[], bytes], mark: str) -> None:
     """HarfBuzz takes the clip box of a glyph with colours, or the extents of its layers."""
     ttfont = fonts.open_font(build())
     for table in ttfont["cmap"].tables:
         table.cmap[0x301] = mark
     data = formats.saved(ttfont)
     font, setter = vf.load_font(data), Typesetter(fonts.open_font(data))
+    accepted = 0
     for letter in ("a", "b", "c", "d", "e"):
         if ord(letter) not in ttfont.getBestCmap():
             continue
@@ -224,3 +225,6 @@ def test_extents_of_glyphs_in_other_tables(build: Callable[[], bytes], mark: str
             continue
         for w in locations(font, 30):
             assert difference(text.at(theta=w), setter.line(string, w)) < 1.5
+        accepted += 1
+    # HarfBuzz moves the others by more than may be.
+    assert accepted or (build, mark) != (varc_fonts.varc, "a")
