@@ -4,11 +4,11 @@
 
 export const HINT = "Drag the outline to change the font. Click the outline to pin a point.";
 export const KEYS = "Press Page Down to select the next point, the arrow keys to move it, and Enter to pin it.";
-export const BETTER = "Go to a closer place, with quite different axes";
+export const BETTER = "Go to a closer result with very different axes";
 export const BUSY = "The kernel is busy or has stopped. The editor goes on by itself and sends its state when the kernel answers.";
 export const LATER = "This part of the editor has not arrived; the kernel sends it as soon as it is free.";
 export const REACH = "Press a point of the outline to see what it can reach.";
-export const UNMET = "The font cannot meet all constraints; it is as near as it can be.";
+export const UNMET = "The font cannot meet all constraints; this is the nearest result.";
 export const UNSENT = "The editor has lost its kernel. Run its cell again to reconnect it; until then Python does not see your changes.";
 
 /**

@@ -85,6 +85,6 @@ export async function save(what, session, layout, say) {
     else await savePng(layout);
     say("idle", what.startsWith("Copy") ? "Copied." : "Saved.");
   } catch (error) {
-    say("error", `This did not work: ${/** @type {Error} */ (error).message}.`);
+    say("error", `${what} failed: ${/** @type {Error} */ (error).message}.`);
   }
 }

@@ -1,4 +1,4 @@
-/** The status line: the most pressing of what there is to say, and a button for a better place. */
+/** The status line: the most pressing of what there is to say, and a button for a better result. */
 import { assign, attr, html } from "../view/dom.js";
 import { BETTER } from "./messages.js";
 
@@ -16,7 +16,7 @@ export function createStatus(changed) {
     changed();
   }
 
-  /** Offers a place far away that is better than the one that a drag has reached. @param {() => void} go */
+  /** Offers a result far away that is better than that of a drag. @param {() => void} go */
   function offer(go) {
     better.hidden = false;
     better.onclick = go;
