@@ -111,6 +111,32 @@ WEIGHTS = (
     ".a{fill:none} rect:first-child{fill:red}",
 )
 """Rules that the more specific one decides."""
+VARIABLES = (
+    ":root{--a:var(--b);--b:none} rect{fill:var(--a)}",
+    ":root{--a:var(--b);--b:var(--a)} rect{fill:var(--a,none)}",
+    ":root{--a:var(--b,red);--b:var(--a,red)} rect{fill:var(--a,none)}",
+    ":root{--a:red} rect{--a:var(--a)} rect{fill:var(--a,none)}",
+    ":root{--a:none} g{--b:var(--a)} rect{--a:red;fill:var(--b)}",
+    ":root{--a:none} g{--a:initial} rect{fill:var(--a,red)}",
+    ":root{--a:none} g{--a:inherit} rect{fill:var(--a,red)}",
+    ":root{--A:none} rect{fill:VAR( --a ,red)}",
+    "g{fill:none} rect{fill:red;fill:var(--no)}",
+    "rect{fill:none;fill:var(--no)}",
+    "rect{width:80px;width:var(--no)}",
+    "rect{fill:none;fill:var(--a,)}",
+    "rect{fill:var(--a,var(--b,var(--c,none)))}",
+    "rect{fill:var(c,none)}",
+    "rect{fill:var(--c,none)!important;fill:red}",
+    ":root{--c:none!important} svg{--c:red} rect{fill:var(--c)}",
+    ":root{--x:10px;--r:10deg} rect{transform:translate(var(--x)) rotate(var(--r,1deg))}",
+    ":root{--s:2} rect{scale:var(--s);rotate:calc(var(--s)*5deg)}",
+    ":root{--w:20px + 10%} rect{width:calc(var(--w))}",
+    ":root{--w:20} rect{width:var(--w)px}",
+    ":root{--d:20px 10px} rect{stroke-dasharray:var(--d);stroke:#000;stroke-width:9}",
+    ":root{--d:none} rect{display:var(--d)}",
+    "g{--c:none} #u{--c:red} rect{fill:var(--c)}",
+)
+"""Rules with custom properties."""
 ROW = (
     '<style>@S@{fill:none}</style><rect x="0" y="0" width="190" height="6" id="base" '
     'style="fill:#000!important"/><g class="x"><rect class="a" x="5" y="10" width="20" '
@@ -158,4 +184,13 @@ def test_groups_are_those_of_the_browser(name: str, browser: Any) -> None:
 def test_selectors_are_those_of_the_browser(browser: Any) -> None:
     sheets = [*(f"{selector}{{fill:none}}" for selector in SELECTORS), *WEIGHTS]
     drawings = {css: ROW.replace("@S@{fill:none}", f"<![CDATA[{css}]]>") for css in sheets}
+    assert [css for css, body in drawings.items() if not same(body, browser)] == []
+
+
+def test_custom_properties(browser: Any) -> None:
+    shape = (
+        '<path d="M99 0H200V20H99"/><g><rect id="r" width="50" height="40" x="10" y="60"/></g>'
+        '<use id="u" href="#r" x="80"/>'
+    )
+    drawings = {css: f"<style>{css}</style>{shape}" for css in VARIABLES}
     assert [css for css, body in drawings.items() if not same(body, browser)] == []

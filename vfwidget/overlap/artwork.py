@@ -32,10 +32,12 @@ class Artwork:
     Fills, strokes (as areas of their width, with their joins, caps and dashes), transforms, groups,
     symbols, ``use``, clip paths, markers, and style sheets within the file are read. Transforms
     may be attributes, or the properties ``transform``, ``translate``, ``rotate`` and ``scale`` in
-    the plane. Lengths may be computed by ``calc()``, ``min()``, ``max()`` and ``clamp()``. What
-    lies outside the document's width and height is cut off, if both are stated. Text, images and
-    scripts are ignored, and nothing is fetched. Masks and filters have no outline, so they are
-    ignored as well: a shape with a mask counts as a whole.
+    the plane. Lengths may be computed by ``calc()``, ``min()``, ``max()`` and ``clamp()``, and
+    values may refer to custom properties by ``var()``. Selectors may state where an element is
+    among others, as in ``g > rect + rect:not(:last-child)``. What lies outside the
+    document's width and height is cut off, if both are stated. Text, images and scripts are
+    ignored, and nothing is fetched. Masks and filters have no outline, so they are ignored as well:
+    a shape with a mask counts as a whole.
 
     Parameters
     ----------

@@ -507,3 +507,86 @@ def test_hostile_selectors_are_ignored_at_once(css):
     with pytest.warns(vf.OverlapWarning, match="selectors are not read"):
         assert area(f"<style>{css}</style>{ONE}") == pytest.approx(1)
     assert time.perf_counter() - start < 10
+
+
+@pytest.mark.parametrize(
+    ("css", "shown"),
+    [
+        (":root{--c:none} rect{fill:var(--c)}", False),
+        ("rect{fill:var(--c, none)}", False),
+        ("rect{fill:var(--c, var(--d, var(--e,none)))}", False),
+        ("rect{fill:var(--c)}", True),
+        # A value that turns out to be none does not leave that before it.
+        ("g{fill:red} rect{fill:none;fill:var(--c)}", True),
+        ("g{fill:none} rect{fill:red;fill:var(--c)}", False),
+        (":root{--c:none} g{--c:red} rect{fill:var(--c)}", True),
+        (":root{--c:none} g{--c:initial} rect{fill:var(--c, red)}", True),
+        (":root{--c:none} g{--c:unset} rect{fill:var(--c, red)}", False),
+        (":root{--C:none} rect{fill:var(--c, red)}", True),
+        (":root{--c:none} g{--d:var(--c)} rect{--c:red;fill:var( --d )}", False),
+        (":root{--c:none!important} svg{--c:red} rect{fill:VAR(--c)}", False),
+        (":root{--c:var(--c,red)} rect{fill:var(--c,none)}", False),
+        (":root{--c:var(--d,red);--d:var(--c,red)} rect{fill:var(--c,none)}", False),
+        (":root{--c:none} g{--c:var(--c)} rect{fill:var(--c,red)}", True),
+        (":root{--c:} rect{fill:none;fill:var(--c)}", True),
+        ("rect{fill:var(c,none)}", True),
+        ("rect{fill:none;fill:var(--c", True),
+        (":root{--v:hidden;--o:1} rect{visibility:var(--v);opacity:var(--o)}", False),
+        (":root{--i:3} rect{scale:calc(var(--i)/3);fill:var(--i,none)}", True),
+    ],
+)
+def test_custom_properties(css, shown):
+    body = f'<style>{css}</style><g><rect width="2" height="2"/></g><circle cx="9" r="1"/>'
+    assert area(body) == pytest.approx(np.pi + 4 * shown, rel=1e-3)
+
+
+def test_custom_properties_in_attributes_and_lengths():
+    css = "<style>svg{--w:20px + 10%;--n:20} #u{--x:5px}</style>"
+    one = '<rect id="r" width="calc(var(--w))" height="var(--n)" style="x:var(--x,0)"/>'
+    two = '<rect y="30" width="1" height="1" style="width:var(--n)px"/>'
+    body = f'{css}<defs>{one}</defs>{two}<use id="u" href="#r"/>'
+    found = artwork(body, 'viewBox="0 0 100 100"')
+    np.testing.assert_allclose(found.box, [(5, -20), (35, 0)])
+
+
+LAUGHS = ";".join(f"--a{i}:{f'var(--a{i + 1})' * 9}" for i in range(30)) + ";--a30:red"
+
+
+@pytest.mark.parametrize(
+    ("css", "drawn"),
+    [
+        (f"rect{{{LAUGHS};fill:var(--a0)}}", True),
+        ("rect{" + ";".join(f"--a{i}:var(--a{i + 1})" for i in range(9_999)) + ";fill:var(--a0)}",
+         True),
+        ("rect{fill:none;fill:" + "var(--a," * 110 + ")" * 110 + "}", True),
+        ("rect{--a:" + "x" * 900 + ";fill:none;fill:" + "var(--a)" * 100 + "}", True),
+        ("rect{" + ";".join(f"--a{i}:var(--a{(i + 1) % 25})" for i in range(25))
+         + ";fill:var(--a9, none)}", False),
+    ],
+    ids=["laughs", "a chain", "fallbacks", "a long value", "a circle"],
+)  # fmt: skip
+def test_hostile_custom_properties_take_no_time(css, drawn):
+    start = time.perf_counter()
+    body = (
+        f'<style>{css}</style><circle cx="9" r="1"/><rect width="2" height="2"/>{"<rect/>" * 300}'
+    )
+    assert area(body) == pytest.approx(np.pi + 4 * drawn, rel=1e-3)
+    assert time.perf_counter() - start < 10
+
+
+def test_scopes_of_custom_properties_do_not_nest_too_deep():
+    groups = "".join(
+        f'<g style="{";".join(f"--a{i}-{j}:var(--a{i}-{j + 1})" for j in range(29))};'
+        f'--a{i}-29:var(--a{i - 1}-0)">'
+        for i in range(90)
+    )
+    body = f'{groups}<rect width="2" height="2" style="fill:var(--a89-0,none)"/>{"</g>" * 90}'
+    assert area(ONE + body) == pytest.approx(1)
+
+
+def test_too_many_references_are_refused():
+    css = ";".join(f"--a{i}:{'var(--b,)' * 99}" for i in range(100))
+    references = "".join(f"var(--a{i},)" for i in range(70))
+    body = f"<style>rect{{{css};fill:{references}}}</style>" + '<rect width="2" height="2"/>' * 999
+    with pytest.raises(vf.OverlapError, match=r"more than 100,000 var\(\)"):
+        artwork(body)

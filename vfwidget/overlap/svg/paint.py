@@ -64,11 +64,13 @@ INITIAL = {
 def accepted(name: str, value: str) -> str | None:
     """The value of a property in the form in which it is read; None if it is to be ignored."""
     word = value.lower()
+    if name.startswith("--"):
+        return "inherit" if word in WIDE and word != "initial" else value
     if word in WIDE:
         initial = INITIAL.get(name, "auto" if name in LENGTHS else None)
         return initial if word == "initial" else "inherit"
     if "var(" in word or "env(" in word:
-        return value  # What it stands for is not known.
+        return value  # It is replaced in each element.
     if name in KEYWORDS:
         return word if word in KEYWORDS[name] else None
     if name in SHARES:

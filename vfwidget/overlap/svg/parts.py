@@ -31,6 +31,8 @@ OF_WINDOW = re.compile(r"[0-9.](?:[sld]?v|cq)(?:w|h|i|b|min|max)\b", re.IGNORECA
 """Units that depend on the window in which the document is shown."""
 LONG = 1_000
 """Characters of a property that is read; it may be read again for each use of an element."""
+SHAPING = frozenset({"d", "points", "transform"})
+"""Attributes that may be longer."""
 
 
 class Drawn(NamedTuple):

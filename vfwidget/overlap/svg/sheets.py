@@ -115,4 +115,5 @@ def without_comments(css: str) -> str:
 def pairs_of(body: str) -> list[tuple[str, str]]:
     """The names and values of declarations."""
     found = [part.partition(":") for part in body.split(";")]
-    return [(name.strip().lower(), value.strip()) for name, colon, value in found if colon]
+    names = [(name.strip(), value.strip()) for name, colon, value in found if colon]
+    return [(name if name.startswith("--") else name.lower(), value) for name, value in names]

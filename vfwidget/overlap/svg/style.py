@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 from ...errors import OverlapError
 from ...limits import limits
 from .paint import accepted
-from .parts import LENGTHS, LONG, is_length
+from .parts import LENGTHS, LONG, SHAPING, is_length
 from .selectors import Facts, places_among
 from .sheets import Rule, is_sheet, pairs_of, rules_of, without_comments
 from .transforms import STYLED
@@ -18,8 +18,6 @@ from .transforms import STYLED
 NAMESPACES = ("", "http://www.w3.org/2000/svg")
 ROOM = 4
 """Elements at which rules for elements after others look, by those that may be drawn."""
-SHAPING = frozenset({"d", "points", "transform"})
-"""Attributes that may be longer."""
 IMPORTANT = re.compile(r"\s*!\s*important\s*$", re.IGNORECASE)
 
 

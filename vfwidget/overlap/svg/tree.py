@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...errors import OverlapError, OverlapWarning, warn_caller
+from ...errors import OverlapError
 from ...limits import limits
 from .markers import Vertex, vertices
 from .paint import without_server
@@ -21,7 +21,9 @@ from .parts import LENGTHS, Drawn, length, number
 from .paths import path_of
 from .shapes import box_of
 from .style import Styles, tag_of
+from .told import REFERENCE, Told
 from .transforms import STYLED, inside, scaled, shifted, turned, view_box
+from .variables import Followed, Variables, replaced
 from .viewport import PEN, Around, dashes, fonts_of, pen_of, placed_in, viewport
 
 SHAPES = frozenset({"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"})
@@ -41,14 +43,6 @@ SIZED = SHAPES | GROUPS | {"symbol", "marker", "clipPath"}
 DEFAULT_SIZE = (1000.0, 1000.0)
 """The viewport of an SVG that states none; only percentages depend on it."""
 VIEW = re.compile(r"(?<=\d)v(w|h|min|max)$", re.IGNORECASE)
-REFERENCE = re.compile(r"""url\(\s*['"]?#([^'")]+)""")
-IGNORED = {
-    "mask": REFERENCE,
-    "filter": re.compile(REFERENCE.pattern + r"|.*\("),
-    "clip-path": re.compile(r"(?!url)[a-z-]+\("),
-    "transform-box": re.compile(r"(?:stroke|border)-box"),
-}
-"""Properties that change what is seen, and are not read: which values of them do."""
 BOXES = frozenset({"fill-box", "content-box"})
 """Values of transform-box by which a transform is measured in the box of its element."""
 SERVERS = frozenset({"linearGradient", "radialGradient", "pattern"})
@@ -75,27 +69,10 @@ def drawn_shapes(source: str) -> list[Drawn]:
     box = view_box(root.attrib)
     size = (box[2], box[3]) if box and min(box[2:]) > 0 else DEFAULT_SIZE
     document = _Document(root)
-    shapes = list(document.walk(root, Around({}, np.eye(3, 2), size, (), ())))
-    if document.ignored:
-        warn_caller(
-            f"The SVG states what is not read and is ignored: {', '.join(document.ignored)}. Masks "
-            "and filters have no outline. The shapes count as a whole, where they are without it.",
-            OverlapWarning,
-        )
-    if dropped := list(document.dropped):
-        warn_caller(
-            "Lengths and transforms of the SVG that cannot be read are ignored: "
-            f"{', '.join(dropped[:3])}. State them as in width='3px' and "
-            "transform='translate(3, 4)'.",
-            OverlapWarning,
-        )
-    if unread := list(document.styles.unread):
-        warn_caller(
-            "Rules of style are ignored whose selectors are not read: "
-            f"{', '.join(map(repr, unread[:3]))}; state them by types, classes, ids, "
-            "attributes, and pseudo-classes such as :not() and :nth-child().",
-            OverlapWarning,
-        )
+    shapes = list(
+        document.walk(root, Around({}, np.eye(3, 2), size, (), (), variables=document.variables))
+    )
+    document.told.tell(document.styles.unread)
     return shapes
 
 
@@ -104,15 +81,13 @@ class _Document:
         self.root, self.visited = root, 0
         # Of several elements with one id, the first counts.
         self.named = {element.get("id"): element for element in reversed(list(root.iter()))}
-        self.styles = Styles(root)
-        self.ignored: dict[str, None] = {}
-        """What is said about masks and filters of elements, in their order."""
-        self.dropped: dict[str, None] = {}
-        """What is said about lengths and transforms that cannot be read."""
+        self.styles, self.variables = Styles(root), Variables({}, None, Followed())
+        self.told = Told()
 
     def walk(self, element: ElementTree.Element, around: Around) -> Iterator[Drawn]:
         """The shapes of an element, and of the elements in it."""
         self._count(element, around)
+        around = self._with_variables(element, around)
         tag, own = tag_of(element), self._stated(element, around)
         if not _is_chosen(element) or own.get("display") == "none":
             return
@@ -132,11 +107,7 @@ class _Document:
             around = around._replace(matrix=placed_in(around, own, box))
         shapes = self._content(element, tag, own, around)
         yield from self._clipped(own, around, shapes)
-        self.ignored |= dict.fromkeys(
-            f"the {name} of {_named(element)}"
-            for name, form in IGNORED.items()
-            if form.match(own.get(name, ""))
-        )
+        self.told.look(_named(element), own)
 
     def _content(
         self, element: ElementTree.Element, tag: str, own: dict[str, str], around: Around
@@ -195,6 +166,8 @@ class _Document:
     ) -> Iterator[Drawn]:
         """The shapes of a marker at a vertex."""
         self._count(marker, around)
+        style, variables = self._inherited(marker)
+        around = around._replace(variables=variables)
         stated = self._stated(marker, around)
         width, height = (number(stated.get(f"marker{side}"), 3.0) for side in ("Width", "Height"))
         by_stroke = stated.get("markerUnits", "strokeWidth") != "userSpaceOnUse"
@@ -220,7 +193,7 @@ class _Document:
         reference = [number(stated.get(name), 0.0) for name in ("refX", "refY")]
         left, top = np.array([*reference, 1.0]) @ plain.matrix
         within = around._replace(
-            style=self._inherited(marker),
+            style=style,
             matrix=inside(matrix, shifted(-float(left), -float(top))),
             elements=(*around.elements, id(marker)),
         )
@@ -230,12 +203,19 @@ class _Document:
                 for shape in self.walk(child, inner):
                     yield shape._replace(of_marker=True)
 
-    def _inherited(self, element: ElementTree.Element) -> dict[str, str]:
+    def _inherited(self, element: ElementTree.Element) -> tuple[dict[str, str], Variables]:
         """The inherited properties in an element that is drawn where others refer to it."""
-        style = dict[str, str]()
+        style, variables = dict[str, str](), self.variables
         for one in self.styles.path(element):
-            style |= _passed_on(self.styles.stated(one))
-        return style
+            stated = self.styles.stated(one)
+            variables = variables.within(stated)
+            style |= _passed_on(replaced(stated, variables))
+        return style, variables
+
+    def _with_variables(self, element: ElementTree.Element, around: Around) -> Around:
+        """What is around an element, with the custom properties that it states."""
+        stated = self.styles.stated(element, around.top)
+        return around._replace(variables=around.variables.within(stated))
 
     def _referred(self, value: str | None, tag: str) -> ElementTree.Element | None:
         """The element of the document with this tag to which a property refers."""
@@ -255,6 +235,7 @@ class _Document:
             yield from self.walk(used, around)
             return
         self._count(used, around)
+        around = self._with_variables(used, around)
         # A symbol is a group with a viewport, whose size the use may state.
         stated = self._stated(used, around)
         stated |= {name: value for name, value in own.items() if name in ("width", "height")}
@@ -284,6 +265,7 @@ class _Document:
             return shapes
         shapes = list(shapes)
         self._count(clip, around)
+        around = around._replace(variables=self._inherited(clip)[1])
         stated = self._stated(clip, around)
         matrix = placed_in(around, stated)
         if stated.get("clipPathUnits") == "objectBoundingBox":
@@ -324,12 +306,10 @@ class _Document:
 
     def _stated(self, element: ElementTree.Element, around: Around) -> dict[str, str]:
         """The attributes and properties of an element, with lengths as numbers."""
-        own = self.styles.stated(element, around.top)
+        own = replaced(self.styles.stated(element, around.top), around.variables)
         if tag_of(element) not in SIZED:
             return own
-        self.dropped |= dict.fromkeys(
-            f"{said} of {_named(element)}" for said in self.styles.dropped.get(element, ())
-        )
+        self.told.drop(_named(element), self.styles.dropped.get(element, ()))
         size, fonts = around.size, fonts_of(own, around, element is self.root)
         found = dict[str, str]()
         for name, value in own.items():

@@ -11,9 +11,13 @@ from ...errors import OverlapError
 from .maths import words
 from .parts import FONT_SIZE, Drawn, length, number
 from .transforms import Frame, fitted, inside, shifted, transform_of, view_box
+from .variables import Variables
 
 PEN = frozenset({"stroke-width", "stroke-dasharray", "stroke-dashoffset"})
 """Lengths of strokes, which are inherited; percentages are inherited as such."""
+
+
+NONE = Variables({})
 
 
 class Around(NamedTuple):
@@ -28,6 +32,7 @@ class Around(NamedTuple):
     """The sizes of the fonts of the element and of the document."""
     top: ElementTree.Element | None = None
     """The element that a ``use`` draws, within which rules of style look."""
+    variables: Variables = NONE
 
 
 def viewport(
