@@ -70,6 +70,20 @@ def test_where_final_coordinates_are_clamped_the_derivative_is_that_into_the_ran
             torch.testing.assert_close(jacobian[:, :, 0, axis], slope, rtol=1e-6, atol=1e-4)
 
 
+@pytest.mark.parametrize("shift", [(-400, 0), (-200, 400)])
+def test_the_end_of_an_axis_that_another_one_moves_is_said_to_hold_it(shift) -> None:
+    """Just beside weight 0 the final width is below -1, and so width alone moves nothing."""
+    text = vf.Text(variation_tables.avar_2(), "a").at(theta=[[0.3, -0.6]])
+    left = text.handle(segment=1, t=0.3)
+    goal = text.position(left) + torch.tensor(shift)
+    found = vf.solve(text, [vf.Target(left, goal), vf.StayClose()], restarts=0)
+    assert found.theta.tolist() == [[0, -1]]
+    wider = found.text.at(theta=[[0, -1 + 1e-6]]).position(left)
+    assert (wider - goal).norm() > (found.text.position(left) - goal).norm()
+    assert found.active[0, 1] == -1
+    assert "wdth is at its minimum" in found.message
+
+
 def test_a_solve_crosses_and_ends_with_the_glyph_of_its_location(font: vf.Font) -> None:
     start = vf.Text(font, "a", axes={"wght": 400, "wdth": 100})
     corner = start.handle(segment=2)

@@ -156,11 +156,19 @@ def _is_small(energy: Energy) -> bool:
 
 def held_axes(energy: Energy, found: Descent) -> Array:
     """-1 or 1 where an axis is held at its lower or upper bound, else 0, in the shape of Θ."""
-    state = found.state
+    problem, state = found.problem, found.state
+    moves_axes = energy.text.font.moves_axes
+    if moves_axes:
+        # Beside a kink, where the model was made, final coordinates may be beyond a limit.
+        problem, state = problem._replace(kinks=None), replace(state, model=None)
     if energy.moves and state.model is None:
         # A restart may have located the moving terms elsewhere in the meantime.
         state = replace(state, residual=energy.renew(state.x))
-    held = active_bounds(found.problem, state, energy.jacobian, inward=True)
+    held = active_bounds(problem, state, energy.jacobian, inward=True)
+    if moves_axes:
+        # At x they may be beyond it by a rounding error, and then nothing moves.
+        inside = active_bounds(problem, state, energy.jacobian)
+        held = np.where(held == 0, inside, held)
     # A locked axis is not held by a bound of the font.
     held = np.where(energy.locked, 0, held)
     active = np.zeros(energy.text.coordinates.shape, dtype=int)
