@@ -29,8 +29,13 @@ def test_a_pin_can_contradict_a_picture_and_both_are_told() -> None:
     text = vf.Text("dynapuff", "S")
     handle = text.nearest(300, 700)
     found = vf.solve(text, [vf.Looks(picture(bold), fit=["blur"]), vf.Pin(handle)])
+    assert found.status == "unreachable"
     assert found.misses[1] < 0.5
-    assert "% of the ink" in found.message or found.status == "converged"
+    missed = f"by {100 * found.misses[0]:.1f} % of the ink"
+    assert missed in found.message
+    # The share is no number of font units, as those of the other terms are.
+    row = next(line for line in found.report().splitlines() if line.startswith("Looks"))
+    assert row.split()[1] == "missed" and row.endswith(missed)
 
 
 def test_a_picture_of_something_else_is_not_met() -> None:

@@ -15,7 +15,7 @@ from ..solver.status import CONVERGED
 from ..text import Text
 from ..text.place import OFFSETS, Place
 from .boundaries import Boundary
-from .term import TermResult, amount
+from .term import Term, TermResult, amount
 
 if TYPE_CHECKING:
     import torch
@@ -131,8 +131,8 @@ class Solution:
         width = max(len(label) for label in labels)
         lines.append(f"{'term':{width}}  {'missed by':>11}  {'cost':>10}")
         for label, result in zip(labels, self.terms, strict=True):
-            missed = "" if result.miss is None else "met" if result.met else amount(result.miss)
-            lines.append(f"{label:{width}}  {missed:>11}  {result.cost:10.4g}")
+            missed, words = _missed(result)
+            lines.append(f"{label:{width}}  {missed:>11}  {result.cost:10.4g}{words}")
         lines += ["", f"{'axis':{width}}  {'from':>11}  {'to':>10}"]
         places = zip(_rows(self.start), _rows(self.text), self.active, strict=True)
         for letter, (before, after, active) in enumerate(places):
@@ -167,6 +167,15 @@ class Solution:
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(self.report())}</pre>"
+
+
+def _missed(result: TermResult) -> tuple[str, str]:
+    """By how much a goal is missed, in font units, or else what its term says of it."""
+    if result.miss is None or result.met:
+        return "" if result.miss is None else "met", ""
+    if type(result.term).missed_by is Term.missed_by:
+        return amount(result.miss), ""
+    return "missed", f"  by {result.term.missed_by(result.miss)}"
 
 
 def _rows(text: Text) -> list[dict[str, float]]:
