@@ -169,7 +169,7 @@ def test_obstacles_appear_and_vanish() -> None:
 
 def test_an_obstacle_that_letters_could_pass_unseen_is_refused() -> None:
     floor = [(0, -1), (900, -1), (900, -0.5), (0, -0.5)]
-    with pytest.raises(vf.MotionError, match=r"Obstacle 2 is 0\.5 font units thick"):
+    with pytest.raises(vf.MotionError, match=r"obstacles\[1\] is 0\.5 font units thick"):
         simulated(vf.Text("dynapuff", "H"), 2, obstacles=[FLOOR, floor])
 
 

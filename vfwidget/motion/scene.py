@@ -96,7 +96,7 @@ class Scene:
             if stroke < THINNEST - NEAREST:
                 when = f" at {time:.4g} s" if self.moving else ""
                 raise MotionError(
-                    f"Obstacle {i + 1} is {stroke:.3g} font units thick{when}, and letters could "
+                    f"obstacles[{i}] is {stroke:.3g} font units thick{when}, and letters could "
                     f"pass it unseen. Make it at least {THINNEST:g} unit thick."
                 )
             self._measured[i] = obstacle, stroke
