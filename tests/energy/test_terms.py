@@ -175,6 +175,16 @@ def test_a_report_names_what_is_met_what_is_missed_and_what_holds_it() -> None:
         assert at in (bounds[0][tags.index(tag)], bounds[1][tags.index(tag)])
 
 
+def test_the_report_lists_a_tracking_that_has_changed() -> None:
+    text = vf.Text("dynapuff", "no", tracking=10)
+    wide = vf.Width(text.advance() + 80)
+    found = vf.solve(text, wide, free=["tracking"])
+    assert found.text.tracking == pytest.approx(50, abs=0.01)
+    row = next(line for line in found.report().splitlines() if line.startswith("tracking"))
+    assert row.split() == ["tracking", "10", "50"]
+    assert "tracking" not in vf.solve(text, wide).report()
+
+
 def test_bad_terms_say_what_is_wrong() -> None:
     text, other = vf.Text("dynapuff", "no"), vf.Text("dynapuff", "no")
     a, b = text.handle(0), text.handle(1)

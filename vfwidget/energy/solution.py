@@ -119,8 +119,8 @@ class Solution:
     def report(self) -> str:
         """A table to print: which goals are met, by how much others are missed, and each axis.
 
-        Letters that were moved are listed too, and it says whether there is a better result
-        farther away.
+        It also lists letters that were moved, and the tracking if it has changed, and says whether
+        there is a better result farther away.
 
         Returns
         -------
@@ -140,6 +140,9 @@ class Solution:
                 name = tag if self.text.shared else f"{self.text.word.letter_names[letter]} {tag}"
                 end = {-1: "  held at its minimum", 1: "  held at its maximum"}.get(int(held), "")
                 lines.append(f"{name:{width}}  {old:11.4g}  {new:10.4g}{end}")
+        spaces = self.start.tracking, self.text.tracking
+        if spaces[0] != spaces[1]:
+            lines.append(f"{'tracking':{width}}  {spaces[0]:11.4g}  {spaces[1]:10.4g}")
         ends = self.text.place[OFFSETS], self.start.place[OFFSETS]
         moves = ends[0] - ends[1] if len(ends[0]) == len(ends[1]) else ends[0]
         if moves.any():
