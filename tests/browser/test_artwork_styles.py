@@ -137,6 +137,39 @@ VARIABLES = (
     "g{--c:none} #u{--c:red} rect{fill:var(--c)}",
 )
 """Rules with custom properties."""
+CLIPS = (
+    *("circle()", "circle(30px at 0 0)", "circle(at 20px 50%)", "circle(30)", "circle(-5px)"),
+    *("circle(farthest-side at 60% 50%)", "circle(20px at bottom right)", "circle(40%) view-box"),
+    *("CIRCLE(20PX AT TOP)", "circle(20px at)", "ellipse(50% 20%)", "ellipse() content-box"),
+    *("ellipse(closest-side farthest-side at 30% 30%)", "ellipse(20px)", "inset(5px 10px 15px)"),
+    *("inset(10%)", "inset(5px round 10px / 20px)", "inset(0 round 5px 10px 15px 20px / 8px)"),
+    *("inset(0 round 90px 90px 10px 10px)", "inset(-10px)", "inset(10)", "inset(60%)"),
+    *(
+        "polygon(0 0, 100% 0, 50% 100%)",
+        "polygon(0 0, 100%)",
+        "path(evenodd,'M0 0H50V50H0ZM9 9H4')",
+    ),
+    *("xywh(10% 10% 50% 50% round 10px)", "rect(10px 60px 40px 5px)", "fill-box", "foo(3px)"),
+    *("circle(30px) foo", "circle(50%) margin-box", "inset(10px) stroke-box"),
+)
+CLIPPED = {
+    "groups": '<g style="clip-path:circle(40%);transform:rotate(10deg)"><rect x="50" y="10" '
+    'width="80" height="60" style="clip-path:inset(0 round 20px)"/><rect x="50" y="90" width="80" '
+    'height="60"/></g>',
+    "strokes": '<path style="clip-path:circle(closest-side)" d="M50 50C90 30 70 90 150 150" '
+    'fill="none" stroke="#000" stroke-width="20"/>',
+    "viewports": '<g/><svg x="20" y="20" width="100" height="80" overflow="visible" '
+    'style="clip-path:circle(50%)" viewBox="10 10 50 50"><rect width="80" height="80"/></svg>',
+    "inner clip paths": '<clipPath id="k"><rect x="10" y="10" width="50" height="50"/></clipPath>'
+    '<svg x="20" y="20" width="100" height="80" overflow="visible" viewBox="0 0 50 40" style='
+    '"transform:rotate(5deg)" clip-path="url(#k)"><rect width="150" height="150"/></svg>',
+    "symbols": '<clipPath id="k"><rect x="10" y="10" width="50" height="50"/></clipPath><symbol '
+    'id="s" viewBox="0 0 50 50" clip-path="url(#k)" overflow="visible"><rect width="50" '
+    'height="90"/></symbol><use href="#s" x="20" y="20" width="100" height="100"/>',
+    "clips of clips": '<clipPath id="k" style="clip-path:circle(30px at 60px 60px)"><rect x="10" '
+    'y="10" width="90" height="90"/></clipPath><rect clip-path="url(#k)" width="150" '
+    'height="150"/>',
+}
 ROW = (
     '<style>@S@{fill:none}</style><rect x="0" y="0" width="190" height="6" id="base" '
     'style="fill:#000!important"/><g class="x"><rect class="a" x="5" y="10" width="20" '

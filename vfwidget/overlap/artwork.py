@@ -30,14 +30,14 @@ class Artwork:
     """The shapes of an SVG, as an obstacle that letters avoid.
 
     Fills, strokes (as areas of their width, with their joins, caps and dashes), transforms, groups,
-    symbols, ``use``, clip paths, markers, and style sheets within the file are read. Transforms
-    may be attributes, or the properties ``transform``, ``translate``, ``rotate`` and ``scale`` in
-    the plane. Lengths may be computed by ``calc()``, ``min()``, ``max()`` and ``clamp()``, and
-    values may refer to custom properties by ``var()``. Selectors may state where an element is
-    among others, as in ``g > rect + rect:not(:last-child)``. What lies outside the
-    document's width and height is cut off, if both are stated. Text, images and scripts are
-    ignored, and nothing is fetched. Masks and filters have no outline, so they are ignored as well:
-    a shape with a mask counts as a whole.
+    symbols, ``use``, clip paths (also shapes such as ``circle(40%)``), markers, and style sheets
+    within the file are read. Transforms may be attributes, or the properties ``transform``,
+    ``translate``, ``rotate`` and ``scale`` in the plane. Lengths may be computed by ``calc()``,
+    ``min()``, ``max()`` and ``clamp()``, and values may refer to custom properties by ``var()``.
+    Selectors may state where an element is among others, as in
+    ``g > rect + rect:not(:last-child)``. What lies outside the document's width and height is cut
+    off, if both are stated. Text, images and scripts are ignored, and nothing is fetched. Masks and
+    filters have no outline, so they are ignored as well: a shape with a mask counts as a whole.
 
     Parameters
     ----------
@@ -64,8 +64,8 @@ class Artwork:
     -----
     OverlapWarning
         An element has a mask, a filter, or another property that changes what is seen and is not
-        read; a length or a transform cannot be read, and is ignored as browsers do it; or a rule
-        of a style sheet has a selector that is not read. The message names it.
+        read; a length, a transform or a clip path cannot be read, and is ignored as browsers do it;
+        or a rule of a style sheet has a selector that is not read. The message names it.
 
     Examples
     --------

@@ -208,7 +208,10 @@ def test_expressions_that_are_none_are_ignored(value):
             "<style>rect:has(a){fill:none}</style>",
             r"selectors are not read: 'rect:has\(a\)'; ",
         ),
-        ('<rect width="1" height="1" clip-path="circle(3px)"/>', "the clip-path of a <rect>"),
+        (
+            '<rect width="1" height="1" clip-path="shape(from 0 0)"/>',
+            r"ignored: clip-path='shape\(from 0 0\)' of a <rect>. State",
+        ),
         (
             '<rect width="1" height="1" style="rotate:x 9deg"/>',
             "ignored: rotate: x 9deg of a <rect>. State",

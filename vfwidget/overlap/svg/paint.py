@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 
+from .basic_shapes import is_shape
 from .maths import NUMBER, words
 from .parts import LENGTHS, LONG, is_length
 from .transforms import STYLED, matrix_of
@@ -94,6 +95,9 @@ def accepted(name: str, value: str) -> str | None:
     if name == "transform" or name in STYLED.values():
         # One that is too long is refused where it is used.
         return None if len(value) <= LONG and matrix_of(name, value) is None else value
+    if name == "clip-path":
+        known = word == "none" or URL.match(value) or is_shape(value)
+        return value if known else None
     if name == "display":
         return word
     return value

@@ -19,6 +19,8 @@ from .strokes import LEAST_CURVES, Pen, count_dashes, length_of, stroked
 
 GEOMETRY = frozenset("d points x y x1 y1 x2 y2 cx cy r rx ry width height".split())
 """The attributes that give a shape its form."""
+ROOM = 4
+"""Curves of which boxes are measured, by those that may be drawn."""
 NUMBER = re.compile(r"[0-9]*\.?[0-9]+")
 
 
@@ -129,32 +131,58 @@ def _least_curves(path: Outline) -> int:
     return LEAST_CURVES * sum(sides)
 
 
-def box_of(shapes: Sequence[Drawn], matrix: Array) -> Array | None:
-    """The bounding box (2, 2) of shapes, without their strokes, as seen in a coordinate system.
+class Boxes:
+    """The bounding boxes of shapes of a document, of which some may be measured again."""
 
-    As in browsers, it is the box around the boxes of the shapes in their own coordinates.
+    measured = 0
 
-    Parameters
-    ----------
-    shapes : sequence of Drawn
-    matrix : (3, 2) array
-        From the coordinates of the box to those of the document.
+    def of(self, shapes: Sequence[Drawn], matrix: Array, strokes: bool = False) -> Array | None:
+        """The bounding box (2, 2) of shapes as seen in a coordinate system.
+
+        As in browsers, it is the box around the boxes of the shapes in their own coordinates.
+
+        Parameters
+        ----------
+        shapes : sequence of Drawn
+        matrix : (3, 2) array
+            From the coordinates of the box to those of the document.
+        strokes : bool
+            Whether strokes count.
+
+        Raises
+        ------
+        OverlapError
+            There are too many curves in all boxes of the document.
+        """
+        corners = []
+        for path in outlines([shape for shape in shapes if not shape.of_marker]):
+            parts = [_closed(part) for part, _ in path.subpaths]
+            if strokes and path.pen is not None:
+                parts += [piece for one in path.subpaths for piece in stroked(*one, path.pen)]
+            self.measured += sum(map(len, parts))
+            if self.measured > ROOM * limits.svg_curves:
+                raise OverlapError(
+                    f"The SVG needs the boxes of more than {ROOM * limits.svg_curves:,} curves "
+                    "for clip paths and transforms; simplify it or raise vf.limits.svg_curves."
+                )
+            if parts:
+                corners.append(path.placed(_corners(np.concatenate(parts))))
+        if not corners or abs(np.linalg.det(matrix[:2])) == 0:
+            return None
+        own = (np.concatenate(corners) - matrix[2]) @ np.linalg.inv(matrix[:2])
+        return np.stack([own.min(0), own.max(0)])
+
+
+def _corners(segments: Array) -> Array:
+    """The corners (4, 2) of the box around closed segments.
+
+    The extent of open segments leaves out where the last one ends.
     """
     import torch
 
-    shapes = [shape for shape in shapes if not shape.of_marker]
-    corners = []
-    for path in outlines(shapes):
-        if path.subpaths:
-            # The extent of open segments leaves out where the last one ends.
-            parts = [_closed(part) for part, _ in path.subpaths]
-            segments = torch.from_numpy(np.concatenate(parts))
-            x, y = (torch.stack(x_extent([segments[..., axes]])) for axes in ([0, 1], [1, 0]))
-            corners.append(path.placed(np.array([[(a, b) for a in x] for b in y]).reshape(-1, 2)))
-    if not corners or abs(np.linalg.det(matrix[:2])) == 0:
-        return None
-    own = (np.concatenate(corners) - matrix[2]) @ np.linalg.inv(matrix[:2])
-    return np.stack([own.min(0), own.max(0)])
+    cubics = torch.from_numpy(segments)
+    x, y = (torch.stack(x_extent([cubics[..., axes]])) for axes in ([0, 1], [1, 0]))
+    return np.array([(a, b) for b in y for a in x]).reshape(-1, 2)
 
 
 def _closed(segments: Array) -> Array:

@@ -235,4 +235,8 @@ def _state(own: dict[str, str], name: str, value: str) -> bool:
 
 def _is_told(name: str, value: str) -> bool:
     """Whether it is said that a value is ignored; a length below 0 is meant to be."""
-    return name in STYLED or (name in LENGTHS and not is_length(value) and value != "")
+    return (
+        name in STYLED
+        or name == "clip-path"
+        or (name in LENGTHS and not is_length(value) and value != "")
+    )

@@ -11,7 +11,6 @@ REFERENCE = re.compile(r"""url\(\s*['"]?#([^'")]+)""")
 IGNORED = {
     "mask": REFERENCE,
     "filter": re.compile(REFERENCE.pattern + r"|.*\("),
-    "clip-path": re.compile(r"(?!url)[a-z-]+\("),
     "transform-box": re.compile(r"(?:stroke|border)-box"),
 }
 """Properties that change what is seen, and are not read: which values of them do."""
@@ -47,7 +46,7 @@ class Told:
             )
         if dropped := list(self._dropped):
             warn_caller(
-                "Lengths and transforms of the SVG that cannot be read are ignored: "
+                "Lengths, transforms and clip paths of the SVG that cannot be read are ignored: "
                 f"{', '.join(dropped[:3])}. State them as in width='3px' and "
                 "transform='translate(3, 4)'.",
                 OverlapWarning,

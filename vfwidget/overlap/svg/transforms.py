@@ -235,9 +235,18 @@ def _measured(source: str, kind: str, frame: Frame, styled: bool) -> float | Non
 
 def _origin(source: str, frame: Frame) -> tuple[float, float]:
     """The point that a transform leaves in its place."""
-    parts = words(source.lower())[:2]
-    if not parts:
-        return frame.origin
+    found = place_of(" ".join(words(source)[:2]), frame, plain=True)
+    return frame.origin if found is None else found
+
+
+def place_of(source: str, frame: Frame, plain: bool = False) -> tuple[float, float] | None:
+    """A point by one or two words or lengths; None if it cannot be read.
+
+    With ``plain``, as in attributes, lengths need no units.
+    """
+    parts = words(source.lower())
+    if not 1 <= len(parts) <= 2:
+        return None
     if parts[0] in ("top", "bottom") or parts[-1] in ("left", "right"):
         parts.reverse()
     parts = parts if len(parts) == 2 else [*parts, "center"]
@@ -247,8 +256,8 @@ def _origin(source: str, frame: Frame) -> tuple[float, float]:
         computed(SIDES.get(part, part), lengths(side, frame.fonts))
         for part, side in zip(parts, frame.size, strict=True)
     ]
-    if None in found:
-        return frame.origin
+    if any(one is None or (one.size and not one.kind and not plain) for one in found):
+        return None
     x, y = (one.size + corner for one, corner in zip(found, frame.corner, strict=True) if one)
     return x, y
 

@@ -13,13 +13,15 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from ...arrays import Array
 from ...errors import OverlapError
 from ...limits import limits
+from .basic_shapes import FILLS, clip_of, shape_and_box
 from .markers import Vertex, vertices
 from .paint import without_server
 from .parts import LENGTHS, Drawn, length, number
 from .paths import path_of
-from .shapes import box_of
+from .shapes import Boxes
 from .style import Styles, tag_of
 from .told import REFERENCE, Told
 from .transforms import STYLED, inside, scaled, shifted, turned, view_box
@@ -82,7 +84,7 @@ class _Document:
         # Of several elements with one id, the first counts.
         self.named = {element.get("id"): element for element in reversed(list(root.iter()))}
         self.styles, self.variables = Styles(root), Variables({}, None, Followed())
-        self.told = Told()
+        self.told, self.boxes = Told(), Boxes()
 
     def walk(self, element: ElementTree.Element, around: Around) -> Iterator[Drawn]:
         """The shapes of an element, and of the elements in it."""
@@ -103,10 +105,12 @@ class _Document:
         if element is not self.root:
             box = None
             if own.get("transform-box") in BOXES and any(name in own for name in STYLED.values()):
-                box = box_of(list(self._content(element, tag, own, around)), outside)
+                box = self.boxes.of(list(self._content(element, tag, own, around)), outside)
             around = around._replace(matrix=placed_in(around, own, box))
         shapes = self._content(element, tag, own, around)
-        yield from self._clipped(own, around, shapes)
+        # The clip path of an inner viewport is within it.
+        outer = tag != "svg" or element is self.root
+        yield from self._clipped(own, around, shapes) if outer else shapes
         self.told.look(_named(element), own)
 
     def _content(
@@ -139,8 +143,9 @@ class _Document:
         children = list(element)
         if tag == "switch":
             children = list(filter(_is_chosen, children))[:1]
-        for child in children:
-            yield from self.walk(child, around)
+        shapes = (shape for child in children for shape in self.walk(child, around))
+        inside = tag == "svg" and element is not self.root
+        yield from self._clipped(own, around, shapes) if inside else shapes
 
     def _has_fixed_size(self) -> bool:
         """Whether the document states a size that does not depend on its window."""
@@ -244,8 +249,8 @@ class _Document:
         around = around._replace(style=style, elements=elements, matrix=placed_in(around, stated))
         inner = viewport(stated, around)
         if inner is not None:
-            for child in used:
-                yield from self.walk(child, inner)
+            shapes = (shape for child in used for shape in self.walk(child, inner))
+            yield from self._clipped(stated, inner, shapes)
 
     def _by_reference(self, own: Mapping[str, str]) -> ElementTree.Element | None:
         """The element that a ``use`` refers to."""
@@ -262,14 +267,19 @@ class _Document:
         """The shapes of an element within its clip path, if it has one."""
         clip = self._referred(own.get("clip-path"), "clipPath")
         if clip is None:
-            return shapes
+            found = shape_and_box(own.get("clip-path", ""))
+            if found is not None and len(around.elements) == 1:
+                # The outermost element is a box of CSS.
+                self.told.drop("the outermost <svg>", [f"clip-path: {own['clip-path']:.80}"])
+                found = None
+            return shapes if found is None else self._within(*found, around, list(shapes))
         shapes = list(shapes)
         self._count(clip, around)
         around = around._replace(variables=self._inherited(clip)[1])
         stated = self._stated(clip, around)
         matrix = placed_in(around, stated)
         if stated.get("clipPathUnits") == "objectBoundingBox":
-            box = box_of(shapes, around.matrix)
+            box = self.boxes.of(shapes, around.matrix)
             if box is None:
                 return []
             matrix = inside(matrix, np.stack([*np.diag(box[1] - box[0]), box[0]]))
@@ -281,7 +291,25 @@ class _Document:
         )
         children = filter(self._is_of_clip, clip)
         area = [shape for child in children for shape in self.walk(child, within)]
-        area = list(self._clipped(stated, within, [s for s in area if not s.of_marker]))
+        area = [shape for shape in area if not shape.of_marker]
+        if self._referred(stated.get("clip-path"), "clipPath") is None:
+            # A shape of CSS is measured in the box of what is clipped.
+            shapes = list(self._clipped(stated, around, shapes))
+        else:
+            area = list(self._clipped(stated, within, area))
+        return [shape._replace(clips=(*shape.clips, area)) for shape in shapes]
+
+    def _within(
+        self, name: str, arguments: str, form: str, around: Around, shapes: list[Drawn]
+    ) -> list[Drawn]:
+        """The shapes of an element within a shape of CSS."""
+        box: Array | None = np.array([(0.0, 0.0), around.size])
+        if form != "view-box":
+            box = self.boxes.of(shapes, around.matrix, strokes=form not in FILLS)
+        if box is None:
+            return []
+        clip = clip_of(name, arguments, box, around.matrix, around.fonts)
+        area = [clip] if clip is not None else []
         return [shape._replace(clips=(*shape.clips, area)) for shape in shapes]
 
     def _count(self, element: ElementTree.Element, around: Around) -> None:
