@@ -27,7 +27,8 @@ class Memo(Generic[Made]):
         found = self._kept.get(key)
         if found is None:
             while len(self._kept) >= self._most:
-                # Another thread may drop the same one.
-                self._kept.pop(next(iter(self._kept)), None)
+                # Other threads may drop the same one or add others; a tuple is made in one go.
+                for oldest in tuple(self._kept)[:1]:
+                    self._kept.pop(oldest, None)
             found = self._kept[key] = make()
         return found
