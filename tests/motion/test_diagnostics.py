@@ -65,7 +65,7 @@ def test_a_contact_sheet_shows_frames_in_order(fall) -> None:
     assert floor.get_path().vertices[:, 1].max() == 0
     last = sheet[-1].patches[1]
     assert last.get_path().vertices[:, 1].min() < first.get_path().vertices[:, 1].min() - 80
-    with pytest.raises(vf.VFWidgetError, match="at least 2 frames"):
+    with pytest.raises(vf.VFWidgetError, match="count must be a whole number from 2 to 200"):
         vf.plot.frames(fall, 1)
     with pytest.raises(vf.VFWidgetError, match="received Text"):
         vf.plot.frames(fall.text)
