@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -481,6 +482,7 @@ def test_rules_for_siblings_look_no_farther_than_a_use():
         ("rect:is(" + "a[b]," * 3_000 + "b){fill:red}", "at most 4,000 conditions"),
         ("g + a{fill:red}", "more than 20,000 elements"),
         ("a,:foo," * 300_000 + "a{fill:red}", "600,001 rules"),
+        ("a{" + "".join(f"--a{i}:b;" for i in range(30_000)) + "}", "and 20,000 properties"),
     ],
 )
 def test_style_sheets_that_would_take_long_are_refused(css, message):
@@ -547,6 +549,29 @@ def test_custom_properties_in_attributes_and_lengths():
     body = f'{css}<defs>{one}</defs>{two}<use id="u" href="#r"/>'
     found = artwork(body, 'viewBox="0 0 100 100"')
     np.testing.assert_allclose(found.box, [(5, -20), (35, 0)])
+
+
+@pytest.mark.parametrize("body", ["fill:red;", "fill:red !important;", "a:b;", "width:3 px;"])
+def test_declarations_are_read_once_for_all_elements(body):
+    start = time.perf_counter()
+    sheet = f"<style>{('circle{' + body * 180 + '}') * 990}</style>"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vf.OverlapWarning)
+        assert area(sheet + "<circle/>" * 900 + ONE) == pytest.approx(1)
+    assert time.perf_counter() - start < 30
+
+
+def test_properties_that_are_none_of_a_style_sheet_leave_attributes():
+    style = "x1:9px;d:M0 0H9V9;points:1;x2:3px"
+    assert area(f'<path d="M0 0H2V2" style="{style}"/>') == pytest.approx(2)
+    shapes = '<polygon points="0 9 2 9 2 11" style="{0}"/><line x2="2" style="{0};stroke:red"/>'
+    assert area(shapes.replace("{0}", style)) == pytest.approx(2 + 2)
+
+
+def test_a_style_may_state_a_path():
+    paths = '<path style="d:path(&quot;M0 0H2V2&quot;)"/><path d="M5 0h9v9" style="d:none"/>'
+    css = "<style>#a{d:path('M9 0h2v4') !important}</style>"
+    assert area(f'{css}{paths}<path id="a" d="M0 0H9V9"/>') == pytest.approx(2 + 4)
 
 
 LAUGHS = ";".join(f"--a{i}:{f'var(--a{i + 1})' * 9}" for i in range(30)) + ";--a30:red"

@@ -9,13 +9,38 @@ from xml.etree import ElementTree
 
 from ...errors import OverlapError
 from .maths import words
+from .paint import INITIAL, accepted
+from .parts import LENGTHS, LONG, SHAPING, is_length
 from .selectors import Part, UnreadError, parts_of
+from .transforms import STYLED
 
-MOST_RULES, MOST_TESTS = 1_000, 4_000
-"""Rules of style sheets that are read, and conditions of all of their selectors."""
+MOST_RULES, MOST_TESTS, MOST_PROPERTIES, MOST_TOLD = 1_000, 4_000, 20_000, 3
+"""Rules of style sheets that are read, conditions of all of their selectors, properties that they
+declare, and values of an element of which it is said that they cannot be read."""
+READ = frozenset(
+    (LENGTHS - {"x1", "y1", "x2", "y2"})
+    | STYLED.keys()
+    | INITIAL.keys()
+    | {"clip-path", "mask", "filter", "transform-box", "transform-origin", "overflow"}
+    | {"vector-effect", "marker", "d"}
+)
+"""Properties of style sheets that are read, besides custom ones."""
+PATH = re.compile(r"""path\(\s*(?:"([^"]*)"|'([^']*)')\s*\)|none""", re.IGNORECASE)
+IMPORTANT = re.compile(r"\s*!\s*important\s*$", re.IGNORECASE)
 MEDIA = re.compile(r"\s*(?:only\s+)?(?:all|screen)?\s*", re.IGNORECASE)
 """A query of a style sheet that is always meant for a screen."""
 SIGN = re.compile(r"[{};]")
+
+
+class Declared(NamedTuple):
+    """What a rule, or an element's own style, declares of the properties that are read.
+
+    ``dropped`` are values that cannot be read, in words.
+    """
+
+    normal: dict[str, str]
+    important: dict[str, str]
+    dropped: list[str]
 
 
 class Rule(NamedTuple):
@@ -23,7 +48,7 @@ class Rule(NamedTuple):
 
     weight: int
     parts: list[Part]
-    pairs: list[tuple[str, str]]
+    declared: Declared
 
 
 def is_sheet(element: ElementTree.Element) -> bool:
@@ -47,25 +72,27 @@ def rules_of(css: str, unread: dict[str, None]) -> list[Rule]:
     OverlapError
         There are too many rules, or conditions of selectors.
     """
-    rules, count, tests = list[Rule](), 0, 0
+    rules, count, tests, properties = list[Rule](), 0, 0, 0
     for selectors, body in _blocks(without_comments(css)):
-        pairs, listed = pairs_of(body), words(selectors, ",")
-        # Browsers ignore a list with an empty selector.
-        for selector in listed if pairs and all(listed) else ():
+        declared, listed = declared_in(body), words(selectors, ",")
+        if not any(declared) or not all(listed):
+            continue  # Browsers ignore a list with an empty selector.
+        for selector in listed:
             count += 1
-            if count > MOST_RULES or tests > MOST_TESTS:
+            if count > MOST_RULES or tests > MOST_TESTS or properties > MOST_PROPERTIES:
                 continue  # The rest of a hostile sheet is only counted.
             try:
                 parts = parts_of(selector)
             except UnreadError:
                 unread[selector[:80]] = None
                 continue
-            rules.append(Rule(sum(part.weight for part in parts), parts, pairs))
+            rules.append(Rule(sum(part.weight for part in parts), parts, declared))
             tests += sum(part.size for part in parts)
-    if count > MOST_RULES or tests > MOST_TESTS:
+            properties += len(declared.normal) + len(declared.important)
+    if count > MOST_RULES or tests > MOST_TESTS or properties > MOST_PROPERTIES:
         raise OverlapError(
             f"The SVG has {count:,} rules of style, and at most {MOST_RULES:,} are read, with at "
-            f"most {MOST_TESTS:,} conditions; simplify it."
+            f"most {MOST_TESTS:,} conditions and {MOST_PROPERTIES:,} properties; simplify it."
         )
     return sorted(rules, key=lambda rule: rule.weight)
 
@@ -112,8 +139,38 @@ def without_comments(css: str) -> str:
     return first + "".join(other.partition("*/")[2] for other in others)
 
 
-def pairs_of(body: str) -> list[tuple[str, str]]:
-    """The names and values of declarations."""
-    found = [part.partition(":") for part in body.split(";")]
-    names = [(name.strip(), value.strip()) for name, colon, value in found if colon]
-    return [(name if name.startswith("--") else name.lower(), value) for name, value in names]
+def declared_in(body: str) -> Declared:
+    """What declarations state of the properties that are read."""
+    found = Declared({}, {}, [])
+    for part in body.split(";"):
+        name, colon, value = part.partition(":")
+        name, value = name.strip(), value.strip()
+        name = name if name.startswith("--") else name.lower()
+        if not colon or not (name in READ or name.startswith("--")):
+            continue
+        bare = IMPORTANT.sub("", value)
+        own = found.normal if bare == value else found.important
+        if path := PATH.fullmatch(bare) if name == "d" else None:
+            own["d"] = path[1] or path[2] or ""
+        if name == "d":
+            continue
+        dropped = not state(own, STYLED.get(name, name), bare) and is_told(name, bare)
+        if dropped and len(found.dropped) < MOST_TOLD:
+            found.dropped.append(f"{name}: {bare:.80}")
+    return found
+
+
+def state(own: dict[str, str], name: str, value: str) -> bool:
+    """Take a value into the properties of an element, if it is one that is accepted."""
+    if len(value) > LONG and name not in SHAPING:
+        return False
+    found = accepted(name, value)
+    if found is not None:
+        own[name] = found
+    return found is not None
+
+
+def is_told(name: str, value: str) -> bool:
+    """Whether it is said that a value is ignored; a length below 0 is meant to be."""
+    said = name in STYLED or name == "clip-path"
+    return value != "" and (said or (name in LENGTHS and not is_length(value)))

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-import re
 from itertools import pairwise
 from typing import NamedTuple
 from xml.etree import ElementTree
 
 from ...errors import OverlapError
 from ...limits import limits
-from .paint import accepted
-from .parts import LENGTHS, LONG, SHAPING, is_length
+from .parts import SHAPING
 from .selectors import Facts, places_among
-from .sheets import Rule, is_sheet, pairs_of, rules_of, without_comments
-from .transforms import STYLED
+from .sheets import (
+    MOST_TOLD,
+    Rule,
+    declared_in,
+    is_sheet,
+    is_told,
+    rules_of,
+    state,
+    without_comments,
+)
 
 NAMESPACES = ("", "http://www.w3.org/2000/svg")
 ROOM = 4
 """Elements at which rules for elements after others look, by those that may be drawn."""
-IMPORTANT = re.compile(r"\s*!\s*important\s*$", re.IGNORECASE)
 
 
 def tag_of(element: ElementTree.Element) -> str:
@@ -76,20 +81,20 @@ class Styles:
     def _read(
         self, element: ElementTree.Element, top: ElementTree.Element | None
     ) -> dict[str, str]:
-        declared = [pair for rule in self._matching(element, top) for pair in rule.pairs]
-        declared += pairs_of(without_comments(element.get("style", "")))
-        important = [pair for pair in declared if IMPORTANT.search(pair[1])]
         own, dropped = dict[str, str](), list[str]()
         for name, value in element.attrib.items():
             value = value if name in SHAPING else value.strip()
-            if not _state(own, name, value) and _is_told(name, value):
+            if not state(own, name, value) and is_told(name, value):
                 dropped.append(f"{name}={value!r:.80}")
-        for name, value in [*declared, *important]:
-            value = IMPORTANT.sub("", value)
-            if not _state(own, STYLED.get(name, name), value) and _is_told(name, value):
-                dropped.append(f"{name}: {value:.80}")
+        declared = [rule.declared for rule in self._matching(element, top)]
+        declared.append(declared_in(without_comments(element.get("style", ""))))
+        for one in declared:
+            own |= one.normal
+            dropped += one.dropped
+        for one in declared:
+            own |= one.important
         if dropped:
-            self.dropped[element] = dropped
+            self.dropped[element] = dropped[:MOST_TOLD]
         if "marker" in own:
             own = {f"marker-{kind}": own["marker"] for kind in ("start", "mid", "end")} | own
         return {name: value for name, value in own.items() if value != "inherit"}
@@ -221,22 +226,3 @@ def _inside(rule: Rule, around: _Reached, before: _Reached, facts: Facts) -> _Re
         if _allows(rule, index, around, before) and rule.parts[index].fits(facts):
             here |= 2 << index
     return _Reached(here, around.within | here, before.beside | here)
-
-
-def _state(own: dict[str, str], name: str, value: str) -> bool:
-    """Take a value into the properties of an element, if it is one that is accepted."""
-    if len(value) > LONG and name not in SHAPING:
-        return False
-    found = accepted(name, value)
-    if found is not None:
-        own[name] = found
-    return found is not None
-
-
-def _is_told(name: str, value: str) -> bool:
-    """Whether it is said that a value is ignored; a length below 0 is meant to be."""
-    return (
-        name in STYLED
-        or name == "clip-path"
-        or (name in LENGTHS and not is_length(value) and value != "")
-    )
