@@ -277,6 +277,29 @@ def test_a_lens_between_two_heights_at_which_curves_are_compared():
     assert lens > 2
 
 
+def tangled(seed):
+    """One contour of two to seven wild curves, which cross one another and themselves."""
+    rng = np.random.default_rng(seed)
+    count = rng.integers(2, 8)
+    angles = np.sort(rng.uniform(0, 2 * np.pi, count))
+    corners = np.stack([np.cos(angles), np.sin(angles)], 1) * rng.uniform(0.5, 1, (count, 1))
+    curves = []
+    for start, end in zip(corners, np.roll(corners, -1, 0), strict=True):
+        bend = rng.normal(0, 0.35, (2, 2))
+        inner = [start + (end - start) / 3 + bend[0], start + 2 * (end - start) / 3 + bend[1]]
+        curves.append([start, *inner, end])
+    return 1000 * np.array(curves)
+
+
+@pytest.mark.parametrize(
+    ("seed", "angle"), [(50240, 0.9), (50299, 0.35), (50354, 0.35), (50574, 2.6), (50580, 1.7)]
+)
+def test_lenses_of_outlines_that_cross_themselves(seed, angle):
+    """Each has a small lens beside another crossing, or beside the point at which curves join."""
+    turned = Shape(tangled(seed) @ turn(angle), [len(tangled(seed))])
+    assert area(turned, turned) == pytest.approx(by_clipper(turned, turned), rel=1e-4)
+
+
 @pytest.mark.parametrize("turn", range(4))
 def test_what_lies_beyond_a_side_of_the_other_box_is_one_chord(turn):
     quarter = np.linalg.matrix_power(np.array([[0.0, 1], [-1, 0]]), turn)

@@ -33,7 +33,7 @@ from .near import near_pairs
 
 RESOLUTION = 1e-12
 """Smallest distance that counts, relative to the largest coordinate."""
-HEIGHTS = (1 - np.cos(np.linspace(0, np.pi, 5))) / 2
+HEIGHTS = (1 - np.cos(np.linspace(0, np.pi, 9))) / 2
 """Relative heights at which two arcs are compared; dense at the ends, near which arcs may turn."""
 DIPS = 8
 """Most steps of parabolic interpolation towards the height at which two arcs are nearest."""
