@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, IntArray
-from .arrangement import boundary, nonzero
+from .area import areas
+from .arrangement import Spans, boundary, nonzero
 from .contours import Contours
 from .monotone import coefficients
 from .near import near_pairs
@@ -66,7 +67,20 @@ def without_overlaps(
     long = np.ptp(parts, 1).max(1) > SHORT * np.ptp(segments, (0, 1)).max()
     following, image = _next_spans(spans.cubic, sizes), image[spans.cubic[kept]]
     follower = _followers(parts, following, kept, backwards, image)
-    return [contour for contour in _walk(parts, follower, long) if len(contour)]
+    contours = [contour for contour in _walk(parts, follower, long) if len(contour)]
+    return _with_area(contours, (SHORT * np.ptp(segments, (0, 1)).max()) ** 2)
+
+
+def _with_area(contours: list[Array], least: float) -> list[Array]:
+    """The contours around more than this area; where outlines cross, rounding leaves others."""
+    if not contours:
+        return []
+    curves = coefficients(np.concatenate(contours) - contours[0][0, 0])
+    whole = np.ones(curves.shape[-1])
+    parts = areas(curves, Spans(np.arange(len(whole)), 0 * whole, whole, whole))
+    ends = np.cumsum([len(contour) for contour in contours])
+    kept = abs(np.add.reduceat(parts, np.append(0, ends[:-1]))) > least
+    return [contour for contour, keep in zip(contours, kept.tolist(), strict=True) if keep]
 
 
 def _parts(segments: Array, start: Array, end: Array) -> Array:
