@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any, cast
 
@@ -325,7 +325,7 @@ class _Search:
         ended = descend(self.push, x, TOLERANCES, 0)
         ended.state.outcome = SEARCHED
         found = solution_of(self.push, ended._replace(earlier=self.steps))
-        values = {field.name: getattr(found, field.name) for field in fields(found)}
+        values = dict(vars(found))
         blocked = () if free else tuple(ends_reached(self.text, found.active))
         missed = [one.missed for one in found.terms[1:] if not one.met]
         if not free:
