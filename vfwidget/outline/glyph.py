@@ -293,12 +293,6 @@ class Glyph:
         twin.name, twin.glyph_id = name, glyph_id
         return twin
 
-    def without_advance(self) -> Glyph:
-        """The same outline with an advance of zero, for a mark that takes no room in a line."""
-        twin = copy(self)
-        twin.advance_width = constant(0.0, self.outline.axis_count)
-        return twin
-
     def over(self, coordinates: Coordinates) -> Glyph:
         """The glyph over other coordinates, which ``coordinates`` converts to its own."""
         twin = copy(self)

@@ -77,13 +77,14 @@ class NoOverlap(Term):
         super().bind(text)
         if not isinstance(self.between_glyphs, bool | np.bool_):
             raise OverlapError(
-                f"between_glyphs must be True or False; got {self.between_glyphs!r:.200}."
+                f"between_glyphs must be True or False; received {self.between_glyphs!r:.200}."
             )
         if not (isinstance(self.method, str) and self.method in METHODS):
-            raise OverlapError(f"method must be one of {METHODS}; got {self.method!r}.")
+            raise OverlapError(f"method must be one of {METHODS}; received {self.method!r}.")
         if not (is_number(self.gap) and 0 <= self.gap <= LARGEST):
             raise OverlapError(
-                f"gap must be a number of font units, 0 to {LARGEST:g}; got {self.gap!r:.200}."
+                f"gap must be a number of font units, 0 to {LARGEST:g}; received "
+                f"{self.gap!r:.200}."
             )
         shapes = tuple(read_obstacles(self.obstacles))
         if not (shapes or self.between_glyphs):

@@ -332,11 +332,6 @@ class RotatedPoints(PointSet):
         points, start = self.points.some(which), self.start.some(which)
         return RotatedPoints(points.letter, points.letter, points, start, self.angles, self.word)
 
-    def spins(self, theta: Array) -> Array:
-        """The derivative of each point by the angle of its letter, (p, 2)."""
-        x, y = (self._set(theta) - self.start._set(theta)).T
-        return np.stack([-y, x], 1)
-
     def _set(self, theta: Any) -> Any:
         start = self.start._set(theta)
         return start + self._rotated((self.points._set(theta) - start)[..., None])[..., 0]
