@@ -187,7 +187,7 @@ ROW = (
 
 
 def same(body: str, browser: Any) -> bool:
-    """Whether a drawing is that of the browser, whatever is said about values that are ignored."""
+    """Whether a drawing is that of the browser; warnings about ignored values do not count."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", vf.OverlapWarning)
         return differing(body, browser) <= 8

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, BoolArray, like, namespace, padded_table
-from .variation import ON_KINK
+from .variation import ON_KINK, inward
 from .varying import Affine, Varying
 
 ROUNDING = 1e-12
@@ -150,8 +150,7 @@ class Composed(Varying):
 
 def _sides(w: Any, toward: Any) -> Any:
     """1 or -1 for each coordinate (..., n), the side to which the derivative is taken."""
-    xp = namespace(w)
-    return xp.where(w >= 1, -1.0, 1.0) if toward is None else xp.sign(like(toward, w))
+    return inward(w) if toward is None else namespace(w).sign(like(toward, w))
 
 
 def _surely_none(mask: Any) -> bool:

@@ -64,11 +64,12 @@ def without_overlaps(
     parts = _parts(segments[spans.cubic[kept]], spans.start[kept], spans.end[kept])
     backwards = spans.weight[kept] < 0
     parts[backwards] = parts[backwards, ::-1]
-    long = np.ptp(parts, 1).max(1) > SHORT * np.ptp(segments, (0, 1)).max()
+    short = SHORT * np.ptp(segments, (0, 1)).max()
+    long = np.ptp(parts, 1).max(1) > short
     following, image = _next_spans(spans.cubic, sizes), image[spans.cubic[kept]]
     follower = _followers(parts, following, kept, backwards, image)
     contours = [contour for contour in _walk(parts, follower, long) if len(contour)]
-    return _with_area(contours, (SHORT * np.ptp(segments, (0, 1)).max()) ** 2)
+    return _with_area(contours, short**2)
 
 
 def _with_area(contours: list[Array], least: float) -> list[Array]:

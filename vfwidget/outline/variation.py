@@ -43,6 +43,11 @@ MOST_CELLS = 4
 """So many cells are kept for the next calls."""
 
 
+def inward(w: Any, upper: Any = 1.0) -> Any:
+    """1, and -1 at the upper end of a coordinate: the side to which derivatives are taken."""
+    return namespace(w).where(w >= upper, -1.0, 1.0)
+
+
 class Cell(NamedTuple):
     """A box between kinks, and the lines that hold within it.
 

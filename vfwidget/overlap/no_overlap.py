@@ -7,7 +7,7 @@ and with the obstacles, so its square is the area itself. The derivative is exac
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -83,8 +83,7 @@ class NoOverlap(Term):
             raise OverlapError(f"method must be one of {METHODS}; received {self.method!r}.")
         if not (is_number(self.gap) and 0 <= self.gap <= LARGEST):
             raise OverlapError(
-                f"gap must be a number of font units, 0 to {LARGEST:g}; received "
-                f"{self.gap!r:.200}."
+                f"gap must be a number of font units, 0 to {LARGEST:g}; received {self.gap!r:.200}."
             )
         shapes = tuple(read_obstacles(self.obstacles))
         if not (shapes or self.between_glyphs):
@@ -106,12 +105,11 @@ class NoOverlap(Term):
 
     def points(self, text: Text) -> PointSet:
         """All control points of the outlines that are visible."""
-        points: PointSet | None = self._points
-        drawn = as_drawn(text)
-        if points is None or drawn.word is not points.word:
-            return drawn.point_set()
-        turned = not np.array_equal(drawn.rotations, self._text.rotations)
-        return drawn.point_set() if turned else points
+        drawn, kept = as_drawn(text), self._points
+        known = kept is not None and drawn.word is kept.word
+        if known and np.array_equal(drawn.rotations, self._text.rotations):
+            return cast(PointSet, kept)
+        return drawn.point_set()
 
     def locate(self, text: Text) -> Rows | None:
         """The residual with the planes that are found at ``text``."""

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, BoolArray, IntArray, like, namespace, rotation_matrices, rows_of
+from ..outline.variation import inward
 from .memo import Memo
 from .origins import RIGHT
 from .place import AXES, OFFSETS, TRACKING
@@ -270,7 +271,7 @@ class BlendedPoints(PointSet):
 
     def _set_and_jacobian(self, theta: Any) -> tuple[Any, Any]:
         xp, word = namespace(theta), self.word
-        sides = word.sides(theta)
+        sides = inward(theta, like(word.font.bounds[1], theta))
         outlines, widths = zip(
             *(
                 [one.value_and_jacobian(w, side) for one in (glyph.outline, glyph.advance_width)]

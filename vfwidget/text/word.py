@@ -200,14 +200,6 @@ class Word:
         for i, glyph in enumerate(self.glyphs):
             yield glyph, theta[..., 0 if self.shared else i, :]
 
-    def sides(self, theta: Any) -> Any:
-        """The side of each axis to which derivatives are taken, in the shape of Θ.
-
-        It is 1, and -1 at the upper end of an axis.
-        """
-        upper = like(self.font.bounds[1], theta)
-        return namespace(theta).where(theta >= upper, -1.0, 1.0)
-
     @cached_property
     def outline(self) -> PointSet:
         """All control points, letter after letter."""

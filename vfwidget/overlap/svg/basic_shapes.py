@@ -141,14 +141,19 @@ def _inset(arguments: str, frame: Frame) -> _Form:
 
 def _sides(arguments: str, frame: Frame) -> tuple[list[float], list[str]]:
     """Distances from the top, right, bottom and left side, and what is said of the corners."""
+    given, corners = _before_corners(arguments)
+    width, height = frame.size
+    sides = zip(_four(given), (height, width, height, width), strict=True)
+    return [_length(part, side, frame) for part, side in sides], corners
+
+
+def _before_corners(arguments: str) -> tuple[list[str], list[str]]:
+    """The arguments before the word ``round``, and those after it."""
     parts = words(arguments)
     cut = next((i for i, part in enumerate(parts) if part.lower() == "round"), len(parts))
-    width, height = frame.size
-    given = _four(parts[:cut])
-    sides = zip(given, (height, width, height, width), strict=True)
     if cut == len(parts) - 1:
         raise _ShapeError
-    return [_length(part, side, frame) for part, side in sides], parts[cut + 1 :]
+    return parts[:cut], parts[cut + 1 :]
 
 
 def _four(parts: Sequence[str]) -> list[str]:
@@ -217,14 +222,13 @@ def _path(arguments: str, frame: Frame) -> _Form:
 
 
 def _xywh(arguments: str, frame: Frame) -> _Form:
-    parts = words(arguments)
-    cut = next((i for i, part in enumerate(parts) if part.lower() == "round"), len(parts))
-    if cut != 4 or cut == len(parts) - 1:
+    given, corners = _before_corners(arguments)
+    if len(given) != 4:
         raise _ShapeError
     x, y, width, height = (
-        _length(part, side, frame) for part, side in zip(parts[:4], frame.size * 2, strict=True)
+        _length(part, side, frame) for part, side in zip(given, frame.size * 2, strict=True)
     )
-    return _rounded(x, y, width, height, parts[5:], frame)
+    return _rounded(x, y, width, height, corners, frame)
 
 
 def _rect(arguments: str, frame: Frame) -> _Form:

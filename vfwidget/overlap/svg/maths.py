@@ -72,11 +72,21 @@ def words(source: str, sign: str = "") -> list[str]:
     return [*found, last] if sign or last else found
 
 
-def end_of_brackets(source: str, place: int) -> int:
-    """The place after the bracket that closes the one before a place; 0 if there is none."""
+def listed(source: str) -> list[str]:
+    """The parts of a list that commas or spaces divide; empty where two commas meet."""
+    return [word for part in words(source, ",") for word in words(part) or [""]]
+
+
+def end_of_brackets(
+    source: str, place: int, signs: re.Pattern[str] = DIVIDED, pair: str = "()"
+) -> int:
+    """The place after the bracket that closes the one before a place; 0 if there is none.
+
+    ``signs`` finds the brackets of the pair; by default those that are not within strings.
+    """
     depth = 1
-    for found in DIVIDED.finditer(source, place):
-        depth += {"(": 1, ")": -1}.get(found[0], 0)
+    for found in signs.finditer(source, place):
+        depth += {pair[0]: 1, pair[1]: -1}.get(found[0], 0)
         if depth == 0:
             return found.end()
     return 0

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 
 from .basic_shapes import is_shape
-from .maths import NUMBER, words
+from .maths import NUMBER, listed
 from .parts import LENGTHS, LONG, is_length
 from .transforms import STYLED, matrix_of
 
@@ -89,8 +89,7 @@ def accepted(name: str, value: str) -> str | None:
         wrong = below or not is_length(value) or (name == "stroke-width" and word == "auto")
         return None if wrong else value
     if name == "stroke-dasharray":
-        dashes = [one for part in words(word, ",") for one in words(part) or [""]]
-        wrong = any(dash[:1] in ("-", "a") or not is_length(dash) for dash in dashes)
+        wrong = any(dash[:1] in ("-", "a") or not is_length(dash) for dash in listed(word))
         return None if wrong and word != "none" else value
     if name == "transform" or name in STYLED.values():
         # One that is too long is refused where it is used.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 from ...errors import OverlapError
-from .maths import words
+from .maths import end_of_brackets, words
 from .paint import INITIAL, accepted
 from .parts import LENGTHS, LONG, SHAPING, is_length
 from .selectors import Part, UnreadError, parts_of
@@ -106,10 +106,11 @@ def _blocks(css: str) -> Iterator[tuple[str, str]]:
         if found[0] == "{" and rule and _is_group(before):
             groups += 1
         elif found[0] == "{":
-            end = _end_of_block(css, place)
+            # The last block may be open.
+            end = end_of_brackets(css, place, SIGN, "{}") or len(css) + 1
             if not rule:
-                yield before, css[place:end]
-            place = end + 1
+                yield before, css[place : end - 1]
+            place = end
         elif found[0] == "}" and groups:
             groups -= 1
         elif not (found[0] == ";" and rule):
@@ -121,16 +122,6 @@ def _is_group(rule: str) -> bool:
     """Whether the rules within this one are for screens."""
     name, _, media = rule.partition(" ")
     return name.lower() == "@layer" or (name.lower() == "@media" and _is_for_screen(media))
-
-
-def _end_of_block(css: str, place: int) -> int:
-    """Where the block ends that begins before a place."""
-    depth = 1
-    for found in SIGN.finditer(css, place):
-        depth += {"{": 1, "}": -1}.get(found[0], 0)
-        if depth == 0:
-            return found.start()
-    return len(css)
 
 
 def without_comments(css: str) -> str:

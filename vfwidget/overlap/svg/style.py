@@ -128,7 +128,7 @@ class Styles:
         top: ElementTree.Element | None,
         around: list[_Reached],
     ) -> list[_Reached]:
-        """The same for an element, by that of the one around it, from the first one beside it."""
+        """The same for an element, by that of the one around it and those of the ones before it."""
         row = []
         while element is not None and (element, top) not in self._reached:
             row.append(element)

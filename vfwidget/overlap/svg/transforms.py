@@ -20,6 +20,7 @@ from .parts import FONT_SIZE, LONG, lengths
 
 CALL = re.compile(r"([a-zA-Z]\w*)(\s*)\(", re.ASCII)
 ARGUMENT = re.compile(rf"\s*({NUMBER})\s*(,?)", re.ASCII)
+GAP = re.compile(r"\s*,?\s*")
 STYLED = {name: f"style {name}" for name in ("transform", "translate", "rotate", "scale")}
 """The keys of transforms that a style sheet states; their grammar is not that of attributes."""
 VIEW_BOX = re.compile(rf"\s*({NUMBER})(?:\s*,\s*|\s+|(?=[+-]))" * 3 + rf"({NUMBER})\s*", re.ASCII)
@@ -64,14 +65,11 @@ def transform_of(own: Mapping[str, str], frame: Frame) -> Array | None:
     OverlapError
         The transform is too long.
     """
-    names = [name for name in STYLED.values() if name in own]
-    if "transform" in own and STYLED["transform"] not in own:
-        names.append("transform")
     # The order is fixed: shift, turn, scale, and then the list of functions.
     order = [STYLED[name] for name in ("translate", "rotate", "scale", "transform")]
-    matrices = [
-        matrix_of(name, own[name], frame) for name in [*order, "transform"] if name in names
-    ]
+    if STYLED["transform"] not in own:
+        order[-1] = "transform"
+    matrices = [matrix_of(name, own[name], frame) for name in order if name in own]
     found = [matrix for matrix in matrices if matrix is not None]
     if not found:
         return None
@@ -182,9 +180,6 @@ def _product(source: str, frame: Frame, styled: bool) -> Array | None:
             return None
         matrix, place = inside(matrix, one), gap.end()
     return matrix
-
-
-GAP = re.compile(r"\s*,?\s*")
 
 
 def _numbers(source: str) -> list[str] | None:

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from ...arrays import Array
 from ...errors import OverlapError
-from .maths import words
+from .maths import listed
 from .parts import FONT_SIZE, Drawn, length, number
 from .transforms import Frame, fitted, inside, shifted, transform_of, view_box
 from .variables import Variables
@@ -75,8 +75,7 @@ def viewport(
 
 def dashes(value: str, size: tuple[float, float], fonts: tuple[float, float]) -> str:
     """The lengths of dashes and gaps as numbers; empty if they are none."""
-    parts = [word for part in words(value, ",") for word in words(part) or [""]]
-    lengths = [length("stroke-dasharray", part, size, fonts) for part in parts]
+    lengths = [length("stroke-dasharray", part, size, fonts) for part in listed(value)]
     numbers = [-1.0 if number is None else number for number in lengths]
     return " ".join(map(repr, numbers)) if min(numbers) >= 0 else ""
 
