@@ -213,6 +213,11 @@ def begins(values: Any) -> Any:
     return mask
 
 
+def ascending(values: Any) -> Any:
+    """The order (q,) that sorts values (q,); numpy's stable sort is quick where runs are sorted."""
+    return values.argsort(kind="stable") if type(values) is np.ndarray else values.argsort()
+
+
 def lexicographic(major: Any, minor: Any) -> Any:
     """The order (q,) that sorts by ``major`` (q,), and where that is equal by ``minor`` (q,)."""
     if type(minor) is np.ndarray:
@@ -249,6 +254,16 @@ def sum_at(index: Any, values: Any, length: int) -> Any:
     return sums.reshape(*values.shape[:-1], length)
 
 
+def sum_runs(index: Any, values: Any, length: int) -> Any:
+    """As :func:`sum_at`, for indices in ascending order, which numpy sums twice as fast."""
+    if type(values) is not np.ndarray or not len(index):
+        return sum_at(index, values, length)
+    run = where_true(begins(index))
+    sums = np.zeros((*values.shape[:-1], length), values.dtype)
+    sums[..., take(index, run)] = np.add.reduceat(values, run, -1)
+    return sums
+
+
 def add_at(sums: Any, index: Any, values: Any) -> None:
     """Add the values (q,) to those sums (p,) that the index (q,) names, in place."""
     if type(sums) is np.ndarray:
@@ -264,14 +279,13 @@ def running_maximum(values: Any) -> Any:
     return values.cummax(0).values
 
 
-def running_sum(values: Any) -> Any:
-    """Sums up to each place along the last dimension, in place.
+def running_sum(values: Any, low: float, high: float) -> None:
+    """Put sums up to each place along the last dimension, limited to low … high, in place.
 
-    numpy's own take four times as long.
+    numpy's own functions take three times as long.
     """
     if type(values) is np.ndarray:
         import torch
 
-        torch.from_numpy(values).cumsum_(-1)
-        return values
-    return values.cumsum_(-1)
+        values = torch.from_numpy(values)
+    values.cumsum_(-1).clamp_(low, high)

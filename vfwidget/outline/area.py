@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import like, namespace, stacked, sum_at, take
+from ..arrays import like, namespace, stacked, sum_runs, take
 from .arrangement import Spans
 from .monotone import POWER
 
@@ -57,9 +57,9 @@ def areas(curves: Any, spans: Spans) -> Any:
 def swept(curves: Any, cubic: Any, powers: Any) -> Any:
     """How weighted area changes with the control points of curves (4, 2, C): (C, 4, 2).
 
-    ``cubic`` (N,) and ``powers`` (6, N) are of the parts of the boundary.
+    ``cubic`` (N,), in ascending order, and ``powers`` (6, N) are of the parts of the boundary.
     """
-    return swept_by(curves, sum_at(cubic, powers, curves.shape[-1]))
+    return swept_by(curves, sum_runs(cubic, powers, curves.shape[-1]))
 
 
 def swept_by(curves: Any, powers: Any) -> Any:

@@ -8,7 +8,7 @@ this changes the shape by no more than the gap between them. No point beside an 
 and no tolerance takes part in the decision.
 
 **Tilt.** The outlines are first turned by a small angle, because many edges of letters are level,
-and a level edge is in no slab.
+and a level edge is in no slab. If an edge is nearly level after that, they are turned further.
 
 **Strips.** Long texts are also cut into vertical strips, so that the number of parts grows in
 proportion to the length of the text. The winding number at the left border of a strip is the sum of
@@ -17,13 +17,13 @@ the crossings of that border below.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import (
+    Array,
     begins,
     between,
     count_up,
@@ -33,6 +33,7 @@ from ..arrays import (
     lexicographic,
     like,
     namespace,
+    rotation_matrices,
     sum_at,
     take,
     where_true,
@@ -42,11 +43,11 @@ from .crossings import Climbers, climbers, crossings
 from .monotone import Arcs, join, monotone_arcs
 from .near import check_pairs
 
-TILT = 0.0619
-"""Angle in radians at which letters have no straight edges."""
-TURN = np.array([[math.cos(TILT), math.sin(TILT)], [-math.sin(TILT), math.cos(TILT)]])
-"""The rotation by this angle."""
-PER_STRIP = 64
+TURNS = [rotation_matrices(-angle) for angle in (0.0619, 0.0871, 0.1123, 0.1367)]
+"""Rotations by angles at which letters have no straight edges."""
+LEVEL, SHORT = 1e-4, 1e-9
+"""An arc is nearly level if it climbs less than this share of what its width exceeds ``SHORT``."""
+PER_STRIP = 100
 """Mean number of cubics in a strip."""
 PARTS = 16
 """To sort this many parts of arcs takes as long as to compare a pair of arcs."""
@@ -134,8 +135,11 @@ def boundary(
         image = xp.zeros_like(count_up(curves.shape[-1], curves))
     with np.errstate(all="ignore"):
         images = int(image[-1]) + 1
-        turned, strips = _turn(curves, images)
-        arcs = monotone_arcs(turned, sizes, (strips if strips > 1 else -1, -1))
+        for turn in TURNS:
+            turned, strips = _turn(curves, images, turn)
+            arcs = monotone_arcs(turned, sizes, (strips if strips > 1 else -1, -1))
+            if not _is_level(arcs):
+                break
         lines = climbers(turned, arcs)
         cubic, t = crossings(lines, arcs, take(image, arcs.cubic))
         if len(cubic):
@@ -149,9 +153,9 @@ def boundary(
         return _spans(lines, arcs, strip, _slabs(arcs, strip, images), inside, layer)
 
 
-def _turn(curves: Any, images: int) -> tuple[Any, int]:
+def _turn(curves: Any, images: int, turn: Array) -> tuple[Any, int]:
     """The curves, turned and scaled so that strips are one wide, and the number of strips."""
-    turned = like(TURN, curves) @ curves
+    turned = like(turn, curves) @ curves
     least, most = turned[0, 0].min(), turned[0, 0].max()
     strips = 1 + curves.shape[-1] // images // PER_STRIP
     width = float(most - least) or 1.0
@@ -161,6 +165,12 @@ def _turn(curves: Any, images: int) -> tuple[Any, int]:
         strips = int(min(strips, 1 + curves.shape[-1] * width / max(widths, 1e-300)))
     turned[0, 0] -= least
     return turned * (strips / width), strips
+
+
+def _is_level(arcs: Arcs) -> bool:
+    """Whether an arc is nearly level. Arcs that are shorter than :data:`SHORT` do not matter."""
+    width, height = abs(arcs.last - arcs.first)
+    return bool((height < LEVEL * (width - SHORT)).any())
 
 
 def _slabs(arcs: Arcs, strip: Any, images: int) -> Slabs:

@@ -46,29 +46,31 @@ class Climbers(NamedTuple):
 
     Attributes
     ----------
-    x, y : (4, N) arrays
-        Coefficients.
+    curves : (4, 2, N) array
+        Coefficients of x and y.
     about : (7, N) array
         What :func:`~.monotone.reach` needs to find a height.
     """
 
-    x: Any
-    y: Any
+    curves: Any
     about: Any
 
     def at(self, which: Any, height: Any) -> Any:
         """The parameters (M,) at which arcs (M,) have a height."""
-        return reach(take(self.y, which), take(self.about, which), height)
+        return reach(take(self.curves[:, 1], which), take(self.about, which), height)
 
     def across(self, which: Any, height: Any) -> Any:
         """The x (M,) at which arcs (M,) have a height."""
-        return evaluate(take(self.x, which), self.at(which, height))
+        curves = take(self.curves, which)
+        t = reach(curves[:, 1], take(self.about, which), height)
+        return evaluate(curves[:, 0], t)
 
 
 def climbers(curves: Any, arcs: Arcs) -> Climbers:
     """The arcs of cubics (4, 2, C) as functions of height."""
-    x, y = take(curves[:, 0], arcs.cubic), take(curves[:, 1], arcs.cubic)
-    return Climbers(x, y, climbs(y, arcs.start, arcs.end, arcs.first[1], arcs.last[1]))
+    own = take(curves, arcs.cubic)
+    about = climbs(own[:, 1], arcs.start, arcs.end, arcs.first[1], arcs.last[1])
+    return Climbers(own, about)
 
 
 def crossings(lines: Climbers, arcs: Arcs, image: Any) -> tuple[Any, Any]:
@@ -226,8 +228,7 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
     first = height[0] + (height[1] - height[0]) * part
     t = lines.at(pairs.reshape(-1), xp.concatenate([first, first])).reshape(2, -1)
     # (4, 2, 2, Q): coefficients of x and y of the first and the second arc.
-    both = [take(side, pairs.reshape(-1)).reshape(4, 2, -1) for side in (lines.x, lines.y)]
-    cubics = stacked(both).swapaxes(0, 1)
+    cubics = take(lines.curves, pairs.reshape(-1)).reshape(4, 2, 2, -1)
     for rounds in range(NEWTON + 1):
         place = evaluate(cubics, t)
         away = place[:, 1] - place[:, 0]

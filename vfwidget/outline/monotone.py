@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import (
+    ascending,
     at_least_zero,
     begins,
     between,
@@ -119,7 +120,7 @@ def join(curves: Any, sizes: Sequence[int], cubic: Any, start: Any) -> Arcs:
 
     Every contour is closed: its last arc ends at the point at which its first arc starts.
     """
-    order = (cubic + BEFORE_NEXT * start).argsort()
+    order = ascending(cubic + BEFORE_NEXT * start)
     cubic, start = take(cubic, order), take(start, order)
     # Cuts at one parameter, such as a turn on a grid line, are one.
     distinct, fresh = start < 1 - SAME, begins(cubic)

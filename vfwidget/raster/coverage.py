@@ -30,9 +30,11 @@ from ..arrays import (
     add_at,
     between,
     count_up,
+    following,
     integers,
     like,
     namespace,
+    repeat,
     running_sum,
     take,
     where_true,
@@ -169,16 +171,20 @@ def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[A
     middle = (pieces.first[0] + pieces.last[0]) / 2
     missed = area - climb * middle + cover * (middle - column)
     # What lies left of the image counts in full, what lies right of it not at all.
-    pixel = row * width + between(column, 0, width - 1)
+    nearest = between(column, 0, width - 1)
+    pixel = row * width + nearest
     inside = (column >= 0) & (column < width)
     if not inside.all():
         missed, cover = xp.where(inside, missed, 0.0), xp.where(column < width, cover, 0.0)
     signed = zeros(images * height * width + 1, missed)
     add_at(signed, pixel, cover - missed)
     add_at(signed[1:], pixel, xp.where(column < width - 1, missed, 0.0))
-    image = running_sum(signed[:-1].reshape(images, height, width))
-    # Nothing but rounding is outside 0 … 1.
-    xp.clip(image, 0, 1, out=image)
+    image = signed[:-1].reshape(images, height, width)
+    if len(row):
+        # Nothing is inked above, below or beside all pieces.
+        rows, columns = (slice(int(n.min()), int(n.max()) + 2) for n in (row, nearest))
+        # Nothing but rounding is outside 0 … 1.
+        running_sum(image.reshape(-1, width)[rows, columns], 0.0, 1.0)
     if not inside.all():
         # But moving it a little changes nothing.
         inside = where_true(inside)
@@ -193,11 +199,13 @@ def _pieces(curves: Any, sizes: list[int], images: int, height: int, width: int)
     cubic, start, end, first, last, _ = monotone_arcs(
         curves, sizes * images, (width, height), spans.cubic, spans.start
     )
-    begins = spans.cubic + BEFORE_NEXT * spans.start
-    span = xp.searchsorted(begins, cubic + BEFORE_NEXT * (start + end) / 2, side="right") - 1
-    weight = take(spans.weight, span)
+    middles = cubic + BEFORE_NEXT * (start + end) / 2
+    opening = xp.searchsorted(middles, spans.cubic + BEFORE_NEXT * spans.start)
+    closing = following(opening)
+    closing[-1:] = len(middles)
+    weight = take(spans.weight, repeat(closing - opening))
     column, row = integers(xp.floor((first + last) / 2))
-    kept = (row >= 0) & (row < height) & (weight != 0)
+    kept = (row >= 0) & (row < height)
     if images > 1:
         row = row + take(image, cubic) * height
     pieces = Pieces(cubic, start, end, first, last, row, between(column, -1, width), weight)
