@@ -27,13 +27,13 @@ PRODUCT = (np.add.outer(range(4), range(3)).ravel() == np.arange(6)[:, None]) / 
 
 def weighted_powers(start: Any, end: Any, weight: Any) -> Any:
     """(end^k - start^k) · weight for k = 1 … 6, of N parts: (6, N)."""
-    xp = namespace(start)
-    t = stacked([end, start])
-    square = t * t
-    one_two = stacked([t, square])
-    three_four = one_two * square
-    powers = xp.concatenate([one_two, three_four, three_four * square])
-    return (powers[:, 0] - powers[:, 1]) * weight
+    total, product = start + end, start * end
+    powers = [(end - start) * weight]
+    powers.append(total * powers[0])
+    while len(powers) < len(ORDERS):
+        # At both ends t² = total · t - product.
+        powers.append(total * powers[-1] - product * powers[-2])
+    return stacked(powers)
 
 
 def antiderivative(first: Any, second: Any) -> Any:

@@ -34,6 +34,7 @@ from ..arrays import (
     like,
     namespace,
     rotation_matrices,
+    running_maximum,
     sum_at,
     take,
     where_true,
@@ -207,7 +208,9 @@ def _spans(lines: Climbers, arcs: Arcs, strip: Any, cells: Slabs, inside: Any, l
     own, turned = take(member * turn, arc), take(turn, arc)
     after = own.cumsum(-1)
     before = after - own
-    shift = take(before, xp.searchsorted(slab, slab))
+    # Every slab begins with no winding.
+    leftmost = running_maximum(xp.where(begins(slab), count_up(len(slab), slab), 0))
+    shift = take(before, leftmost)
     base = _base(arcs, cells, strip, member)
     if base is not None:
         shift = shift - take(base, slab)

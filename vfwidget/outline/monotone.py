@@ -147,23 +147,22 @@ def _first_cubics(sizes: Sequence[int], reference: Any) -> Any:
 
 
 def _turns(curves: Any) -> Any:
-    """Where x and y turn, (2, 2, C), the earlier turn first; 0 in place of one outside 0 … 1."""
+    """Where x and y turn, (2, 2, C), in any order; 0 in place of a turn outside 0 … 1."""
     xp = namespace(curves)
     c, b, a = curves[1], curves[2], 3 * curves[3]
     # Roots of a t² + 2 b t + c, in the form that survives a = 0.
     root = xp.sqrt(at_least_zero(b * b - a * c))
     q = -(b + xp.copysign(root, b))
     t = stacked([q / a, c / q])
-    t = xp.where((t > 0) & (t < 1), t, 0.0)
-    return stacked([xp.minimum(t[0], t[1]), xp.maximum(t[0], t[1])])
+    return xp.where((t > 0) & (t < 1), t, 0.0)
 
 
 def _grid_crossings(curves: Any, turns: Any, grid: tuple[int, int]) -> tuple[Any, Any]:
     """Where cubics cross grid lines: which cubic, and at which t."""
     xp = namespace(curves)
     count = curves.shape[-1]
-    zero = xp.zeros_like(turns[:1])
-    knots = xp.concatenate([zero, turns, zero + 1])
+    earlier, later = xp.minimum(*turns), xp.maximum(*turns)
+    knots = stacked([0 * earlier, earlier, later, 0 * later + 1])
     values = evaluate(curves[:, None], knots)
     begin, end = values[:-1], values[1:]
     about = climbs(curves[:, None], knots[:-1], knots[1:], begin, end)
@@ -174,8 +173,12 @@ def _grid_crossings(curves: Any, turns: Any, grid: tuple[int, int]) -> tuple[Any
     crossed = integers(xp.where(way != 0, at_least_zero(crossed), 0.0)).reshape(-1)
     # Of each monotone stretch, one crossing for each line between its two ends.
     stretch, line = expand(lowest.reshape(-1), crossed)
-    polynomials = take(curves.reshape(4, -1), stretch % (2 * count))
-    return stretch % count, reach(polynomials, take(about.reshape(7, -1), stretch), line)
+    stretches = len(way)
+    polynomials = xp.concatenate([curves.reshape(4, -1)] * stretches, -1)
+    cubic = xp.concatenate([count_up(count, curves)] * 2 * stretches)
+    about = about.reshape(7, -1)
+    t = reach(take(polynomials, stretch), take(about, stretch), line)
+    return take(cubic, stretch), t
 
 
 def climbs(polynomials: Any, low: Any, high: Any, begin: Any, end: Any) -> Any:
