@@ -197,7 +197,7 @@ def _spans(lines: Climbers, arcs: Arcs, strip: Any, cells: Slabs, inside: Any, l
     """Spans of arcs that have been cut where they cross."""
     xp = namespace(strip)
     turn = xp.sign(arcs.last[1] - arcs.first[1])
-    member = xp.ones_like(turn)[None]
+    member = (zeros(len(turn), turn) + 1)[None]
     if layer is not None:
         layers = count_up(int(layer.max()) + 1, layer)[:, None]
         member = member * (layers == take(layer, arcs.cubic))

@@ -52,7 +52,7 @@ def near_pairs(low: Any, high: Any, group: Any) -> tuple[Any, Any, Any]:
     """
     xp = namespace(low)
     band, groups = None, int(group.max()) + 1 if len(group) else 1
-    box, after, counts = _sweep(low[0], high[0], group)
+    box, after, counts = _sweep(low[0], high[0], group if groups > 1 else None)
     candidates = int(counts.sum())
     if candidates > CROWDED * len(group):
         bands, listed, band, first = _bands(low[1], high[1])
@@ -98,11 +98,12 @@ def check_pairs(count: float, images: int) -> None:
         )
 
 
-def _sweep(left: Any, right: Any, key: Any) -> tuple[Any, Any, Any]:
+def _sweep(left: Any, right: Any, key: Any | None) -> tuple[Any, Any, Any]:
     """The order of boxes, and for each the next place and how many there begin within it."""
     # One after the other from left to right, and one key to the right of the other.
-    shift = key * (1 + right.max() - left.min())
-    left, right = left + shift, right + shift
+    if key is not None:
+        shift = key * (1 + right.max() - left.min())
+        left, right = left + shift, right + shift
     order = left.argsort()
     left, right = take(left, order), take(right, order)
     after = count_up(len(order), order) + 1

@@ -120,8 +120,8 @@ class Pieces(NamedTuple):
     first, last : (2, N) arrays
         The two end points, in pixels.
     row, column : (N,) int arrays
-        The pixel: the rows of all images counted on, the column -1 left of an image and W right
-        of it.
+        The pixel: the rows of all images counted on, the column below 0 left of an image and W
+        or more right of it.
     weight : (N,) array
         As in :class:`~.outline.arrangement.Spans`.
     """
@@ -173,7 +173,7 @@ def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[A
     # What lies left of the image counts in full, what lies right of it not at all.
     nearest = between(column, 0, width - 1)
     pixel = row * width + nearest
-    inside = (column >= 0) & (column < width)
+    inside = nearest == column
     if not inside.all():
         missed, cover = xp.where(inside, missed, 0.0), xp.where(column < width, cover, 0.0)
     signed = zeros(images * height * width + 1, missed)
@@ -208,7 +208,7 @@ def _pieces(curves: Any, sizes: list[int], images: int, height: int, width: int)
     kept = (row >= 0) & (row < height)
     if images > 1:
         row = row + take(image, cubic) * height
-    pieces = Pieces(cubic, start, end, first, last, row, between(column, -1, width), weight)
+    pieces = Pieces(cubic, start, end, first, last, row, column, weight)
     if kept.all():
         return pieces
     kept = where_true(kept)
