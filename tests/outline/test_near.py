@@ -14,6 +14,9 @@ from vfwidget.outline import near
 from vfwidget.outline.arrangement import boundary
 from vfwidget.outline.monotone import coefficients
 
+FORMS = [(0, 64, 2**20), (0, 64, 5), (0, 0.25, 2**20), (0, 0.25, 5), (90, 64, 2**20)]
+"""By a sweep, by bands, each in one block and in many, and by comparing all."""
+
 
 def every_pair(low, high, group):
     """By comparing all: pairs in any order, each with its smaller index first."""
@@ -36,17 +39,17 @@ def found(low, high, group):
     return set(listed)
 
 
-@pytest.mark.parametrize("crowded", [0.25, 64])
-@pytest.mark.parametrize("block", [5, 2**20])
+@pytest.mark.parametrize("few, crowded, block", FORMS)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 90), groups=st.integers(1, 3))
 @settings(deadline=None, derandomize=True, max_examples=40)
-def test_pairs_by_a_sweep_and_by_bands(crowded, block, seed, count, groups):
+def test_pairs_by_each_search(few, crowded, block, seed, count, groups):
     rng = np.random.default_rng(seed)
     low = rng.uniform(-50, 50, (2, count))
     # Some are tall, most are not; boxes without width or height overlap with none.
     high = low + rng.choice([0.0, 1.0, 9.0, 80.0], (2, count)) * rng.uniform(size=(2, count))
     group = np.sort(rng.integers(0, groups, count))
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(near, "FEW", few)
         patch.setattr(near, "CROWDED", crowded)
         patch.setattr(near, "BLOCK", block)
         want = every_pair(low, high, group)

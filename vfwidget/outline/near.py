@@ -2,7 +2,7 @@
 
 The boxes are sorted by their left sides, so that the boxes that begin within another one follow it.
 Where most of those lie above or below it, the boxes are listed by horizontal bands, each about as
-tall as a box is on average.
+tall as a box is on average. A few boxes are compared with one another directly, which is quicker.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from ..arrays import (
 from ..errors import OverlapError
 from ..limits import limits
 
+FEW = 40
+"""So many boxes, or fewer, are compared directly."""
 CROWDED = 64
 """Mean number of boxes above or below a box from which on bands are worth their cost."""
 BLOCK = 2**20
@@ -51,27 +53,13 @@ def near_pairs(low: Any, high: Any, group: Any) -> tuple[Any, Any, Any]:
         There are more than ``limits.curve_pairs`` pairs for each group.
     """
     xp = namespace(low)
-    band, groups = None, int(group.max()) + 1 if len(group) else 1
-    box, after, counts = _sweep(low[0], high[0], group if groups > 1 else None)
-    candidates = int(counts.sum())
-    if candidates > CROWDED * len(group):
-        bands, listed, band, first = _bands(low[1], high[1])
-        key = take(group, listed) * bands + band
-        order, after, counts = _sweep(take(low[0], listed), take(high[0], listed), key)
-        box, band = take(listed, order), take(band, order)
-        candidates = int(counts.sum())
+    groups = int(group.max()) + 1 if len(group) else 1
+    candidates = _compared if len(group) <= FEW else _swept
     found, total = [], 0
-    for block in _blocks(counts, candidates):
-        at, other = expand(after[block], counts[block])
-        one, other = take(box[block], at), take(box, other)
+    for one, other in candidates(low, high, group):
         bottom = xp.maximum(take(low[1], one), take(low[1], other))
         top = xp.minimum(take(high[1], one), take(high[1], other))
-        meet = bottom < top
-        if band is not None:
-            # Two boxes may share several bands, and count in the lowest of them.
-            lowest = xp.maximum(take(first, one), take(first, other))
-            meet &= lowest == take(band[block], at)
-        meet = where_true(meet)
+        meet = where_true(bottom < top)
         total += len(meet)
         check_pairs(total, groups)
         pairs = stacked([take(one, meet), take(other, meet)])
@@ -98,12 +86,42 @@ def check_pairs(count: float, images: int) -> None:
         )
 
 
-def _sweep(left: Any, right: Any, key: Any | None) -> tuple[Any, Any, Any]:
+def _compared(low: Any, high: Any, group: Any) -> Iterator[tuple[Any, Any]]:
+    """The pairs of boxes of the same group that overlap from left to right."""
+    count, index = len(group), count_up(len(group), group)
+    begins_before = low[0][:, None] < high[0]
+    meet = begins_before & begins_before.T & (group[:, None] == group) & (index[:, None] < index)
+    meet = where_true(meet.reshape(-1))
+    yield meet // max(count, 1), meet % max(count, 1)
+
+
+def _swept(low: Any, high: Any, group: Any) -> Iterator[tuple[Any, Any]]:
+    """As :func:`_compared`, a block at a time; each of them may be above or below the other one."""
+    xp = namespace(low)
+    box, after, counts = _sweep(low[0], high[0], group)
+    candidates, band = int(counts.sum()), None
+    if candidates > CROWDED * len(group):
+        bands, listed, band, first = _bands(low[1], high[1])
+        key = take(group, listed) * bands + band
+        order, after, counts = _sweep(take(low[0], listed), take(high[0], listed), key)
+        box, band = take(listed, order), take(band, order)
+        candidates = int(counts.sum())
+    for block in _blocks(counts, candidates):
+        at, other = expand(after[block], counts[block])
+        one, other = take(box[block], at), take(box, other)
+        if band is not None:
+            # Two boxes may share several bands, and count in the lowest of them.
+            lowest = xp.maximum(take(first, one), take(first, other))
+            once = where_true(lowest == take(band[block], at))
+            one, other = take(one, once), take(other, once)
+        yield one, other
+
+
+def _sweep(left: Any, right: Any, key: Any) -> tuple[Any, Any, Any]:
     """The order of boxes, and for each the next place and how many there begin within it."""
     # One after the other from left to right, and one key to the right of the other.
-    if key is not None:
-        shift = key * (1 + right.max() - left.min())
-        left, right = left + shift, right + shift
+    shift = key * (1 + right.max() - left.min())
+    left, right = left + shift, right + shift
     order = left.argsort()
     left, right = take(left, order), take(right, order)
     after = count_up(len(order), order) + 1
