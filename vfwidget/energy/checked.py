@@ -1,15 +1,16 @@
-"""The methods of a term, called with a check of their results, because users write terms."""
+"""What users give to a solve, checked: locks, and the results of the methods of terms."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, to_array
-from ..errors import SolveError
+from ..errors import AxisError, SolveError
+from ..font import Font
 from ..solver.problem import Proximity, is_number
 from ..text import Text
 from ..text.place import AXES, Block, Unknowns
@@ -35,6 +36,25 @@ def bound(term: Term, text: Text) -> Term:
             f"received {type(found).__name__}."
         )
     return found
+
+
+def locked_axes(font: Font, locks: Any) -> list[bool]:
+    """Which axes of a font are locked.
+
+    Raises
+    ------
+    AxisError
+        ``locks`` are no tags of axes.
+    """
+    tags = [axis.tag for axis in font.axes]
+    listed = isinstance(locks, Collection) and not isinstance(locks, str)
+    try:
+        locked = set(locks) if listed else {None}
+    except TypeError:
+        locked = {None}
+    if not locked <= set(tags):
+        raise AxisError(f"locks must be tags of axes ({', '.join(tags)}); received {locks!r}.")
+    return [tag in locked for tag in tags]
 
 
 def no_terms() -> SolveError:

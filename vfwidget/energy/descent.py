@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -134,18 +133,21 @@ def descend(
         renews=energy.moves,
     )
     history: History = [] if watch is None else Path(watch)
-    with nullcontext() if _is_small(energy) else one_thread:
-        state = minimise(
-            problem,
-            start,
-            energy.residual,
-            energy.jacobian,
-            energy.renew,
-            max_iterations=max_iterations,
-            history=history,
-            deadline=deadline,
-        )
+    solve = minimise if _is_small(energy) else _minimise_alone
+    state = solve(
+        problem,
+        start,
+        energy.residual,
+        energy.jacobian,
+        energy.renew,
+        max_iterations=max_iterations,
+        history=history,
+        deadline=deadline,
+    )
     return Descent(problem, state, history, energy.results(state.x, state.residual))
+
+
+_minimise_alone = one_thread(minimise)
 
 
 def _is_small(energy: Energy) -> bool:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, BoolArray
-from ..errors import AxisError
 from ..solver.problem import check_size, pooled
 from ..text import Text
 from ..text.place import AXES, OFFSETS, TRACKING, Unknowns
@@ -20,6 +19,7 @@ from .checked import (
     bound,
     fixed_cost,
     located,
+    locked_axes,
     miss_of,
     no_terms,
     proximity_around,
@@ -97,7 +97,7 @@ class Energy:
         self.unknowns = unknowns = Unknowns(blocks, free, added)
         # An array of several tags is neither true nor false.
         none = locks is None or (type(locks) is tuple and not locks)
-        self._locks = None if none else self._read_locks(locks)
+        self._locks = None if none else self._each(locked_axes(text.font, locks))
         # Copies: a list may change later.
         self.options = tuple(free), () if none else tuple(locks), followers
         self._check_size()
@@ -127,11 +127,14 @@ class Energy:
             return Energy(text, terms, *self.options)
         other = object.__new__(Energy)
         other.__dict__.update(known.__dict__)
-        other.text, other.terms, other.unknowns = text, kept, known.unknowns.at(text.blocks)
-        other._check_size()
+        blocks, before = text.blocks, known.unknowns.blocks
+        other.text, other.terms, other.unknowns = text, kept, known.unknowns.at(blocks)
         other._set_bounds()
         other._pulls = list(map(proximity_around, kept, self._pulls, repeat(other.unknowns)))
         other._collect_proximity()
+        offsets, tracking = before[OFFSETS].value, before[TRACKING].value
+        if blocks[OFFSETS].value is not offsets or blocks[TRACKING].value is not tracking:
+            other._find_shift()
         # The rows of compiled terms are not asked again.
         other._set_constant(
             [
@@ -171,18 +174,6 @@ class Energy:
         if self._locks is not None:
             self.lower = np.where(self._locks, self.unknowns.start, self.lower)
             self.upper = np.where(self._locks, self.unknowns.start, self.upper)
-
-    def _read_locks(self, locks: Collection[str]) -> BoolArray:
-        """Which unknowns, (N,), are locked axes."""
-        tags = [axis.tag for axis in self.text.font.axes]
-        listed = isinstance(locks, Collection) and not isinstance(locks, str)
-        try:
-            locked = set(locks) if listed else {None}
-        except TypeError:
-            locked = {None}
-        if not locked <= set(tags):
-            raise AxisError(f"locks must be tags of axes ({', '.join(tags)}); received {locks!r}.")
-        return self._each([tag in locked for tag in tags])
 
     @cached_property
     def locked(self) -> BoolArray:
@@ -235,6 +226,7 @@ class Energy:
             free = [name for name in (OFFSETS, TRACKING) if name in self.unknowns.slices]
             self._linear = {name: self._compiled.by_block(name) for name in free}
         self._kinks = self.unknowns.kinks(axes)
+        self._find_shift()
         self._set_constant(
             [
                 affine.constant(rows)
@@ -244,15 +236,20 @@ class Energy:
         )
         self.row_count = None if self._others else len(self._constant)
 
+    def _find_shift(self) -> None:
+        """Find what fixed unknowns add to the affine rows; None if they are zero."""
+        self._shift: Array | None = None
+        for name in (OFFSETS, TRACKING):
+            fixed = self.unknowns.value(name, self.unknowns.start)
+            if self._compiled and name not in self._linear and np.count_nonzero(fixed):
+                part = self._compiled.by_block(name) @ fixed.ravel()
+                self._shift = part if self._shift is None else self._shift + part
+
     def _set_constant(self, parts: Sequence[Array]) -> None:
         """Add up what the goals (``parts``) and the fixed unknowns add to the affine rows."""
         self._constant = joined(parts) if parts else np.zeros(0)
-        if self._compiled is None:
-            return
-        for name in (OFFSETS, TRACKING):
-            fixed = self.unknowns.value(name, self.unknowns.start)
-            if name not in self._linear and np.count_nonzero(fixed):
-                self._constant = self._constant + self._compiled.by_block(name) @ fixed.ravel()
+        if self._shift is not None:
+            self._constant = self._constant + self._shift
 
     @cached_property
     def least_goal(self) -> float:

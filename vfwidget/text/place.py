@@ -96,6 +96,7 @@ class Unknowns:
 
     Attributes
     ----------
+    blocks : mapping of str to Block
     start, lower, upper : (N,) arrays
     slices : dict of str to slice
         Where each free block lies in the flat vector, in the order of ``blocks``.
@@ -136,7 +137,7 @@ class Unknowns:
         return other
 
     def _take(self, blocks: Mapping[str, Block]) -> None:
-        self._blocks = blocks
+        self.blocks = blocks
         free = [blocks[name].with_bounds for name in self.slices]
         # Mostly there is one block, and a drag comes here at every event.
         parts = free[0] if len(free) == 1 else map(_joined, zip(*free, strict=True))
@@ -148,12 +149,12 @@ class Unknowns:
 
     def value(self, name: str, x: Array) -> Array:
         """The values of one block where the free ones are x (N,)."""
-        value, part = self._blocks[name].value, self.slices.get(name)
+        value, part = self.blocks[name].value, self.slices.get(name)
         return value if part is None else x[part].reshape(value.shape)
 
     def place(self, x: Array) -> dict[str, Array]:
         """The values of all blocks where the free ones are x (N,)."""
-        place = {name: block.value for name, block in self._blocks.items()}
+        place = {name: block.value for name, block in self.blocks.items()}
         for name, part in self.slices.items():
             place[name] = x[part].reshape(place[name].shape)
         return place
@@ -167,13 +168,10 @@ class Unknowns:
             There is no such block, or it has another shape.
         """
         for name, value in values.items():
-            if name not in self._blocks or value.shape != self._blocks[name].value.shape:
+            if name not in self.blocks or value.shape != self.blocks[name].value.shape:
                 raise ValueError(f"There is no block {name!r} of shape {value.shape}.")
         return _joined(
-            [
-                values[n] if n in values else np.zeros_like(self._blocks[n].value)
-                for n in self.slices
-            ]
+            [values[n] if n in values else np.zeros_like(self.blocks[n].value) for n in self.slices]
         )
 
     def kinks(self, axes: Array) -> Array:
@@ -186,7 +184,7 @@ class Unknowns:
         """
         if self.is_only(AXES):
             return axes
-        tables = {n: axes if n == AXES else self._blocks[n].kinks for n in self.slices}
+        tables = {n: axes if n == AXES else self.blocks[n].kinks for n in self.slices}
         widths = [table.shape[1] for table in tables.values() if table is not None]
         width = max(widths, default=1)
         padded = np.full((len(self.start), width), np.inf)
