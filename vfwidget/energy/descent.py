@@ -143,6 +143,8 @@ def descend(
         max_iterations=max_iterations,
         history=history,
         deadline=deadline,
+        # Only what users write may overflow.
+        quiet=energy.row_count is None,
     )
     return Descent(problem, state, history, energy.results(state.x, state.residual))
 

@@ -61,13 +61,12 @@ def solve_whole(
 
 def answer(requests: Requests, functions: Mapping[Kind, Function]) -> Any:
     """Evaluate the functions that a generator requests until it returns; its return value."""
-    with _quiet():
-        try:
-            kind, x = next(requests)
-            while True:
-                kind, x = requests.send(functions[kind](x))
-        except StopIteration as end:
-            return end.value
+    try:
+        kind, x = next(requests)
+        while True:
+            kind, x = requests.send(functions[kind](x))
+    except StopIteration as end:
+        return end.value
 
 
 def minimise(
@@ -80,6 +79,7 @@ def minimise(
     max_iterations: int = 100,
     history: History | None = None,
     deadline: float = math.inf,
+    quiet: bool = True,
 ) -> State:
     """Solve one problem.
 
@@ -118,7 +118,10 @@ def minimise(
     functions = {Kind.RESIDUAL: residual, Kind.JACOBIAN: jacobian}
     if renew is not None:
         functions[Kind.RENEW] = renew
-    return cast(State, answer(requests, functions))
+    if not quiet:
+        return cast(State, answer(requests, functions))
+    with _quiet():
+        return cast(State, answer(requests, functions))
 
 
 def minimise_batch(
