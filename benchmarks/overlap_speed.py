@@ -23,13 +23,10 @@ import vfwidget as vf
 from .recipe import levenberg_marquardt
 from .sampled import Plane, Sampled
 from .table import Row, milliseconds
+from .timing import TURN
 
 LIMIT = 60
 """Steps of the recipe, at most."""
-TURN = 0.1
-"""Seconds for which each contestant is called in a row in each turn, at least once. The first calls
-find the caches of the processor full of the other contestant's data, which lengthens a call of a
-few milliseconds by half."""
 STAY_CLOSE = 1e-3
 """Weight of the distance from the user's state, in square font units."""
 
