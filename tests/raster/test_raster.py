@@ -297,12 +297,23 @@ def test_pixels_sum_to_the_area(radii, turn):
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-14, 1e-11, 1e-8, -1e-6, 1e-3])
-def test_edges_at_the_angle_by_which_outlines_are_turned(off):
-    """They are level afterwards, and a level edge is in no slab."""
+def test_edges_at_the_angles_by_which_outlines_are_turned(off):
+    """They would be level afterwards, and a level edge is in no slab."""
     for turn in TURNS:
         for angle in np.arctan2(turn[1, 0], turn[0, 0]) * np.array([-1, 1]) + off:
             segments = turned([rectangle(2.3, 2.1, 8, 5), rectangle(4, 3, 7, 6)], angle)
             assert abs(image_of(segments) - scan(segments, *SIZE)).max() < NEAR
+
+
+def test_a_polygon_with_edges_in_all_directions():
+    angle = np.linspace(0, 2 * np.pi, 20_001)
+    corners = 5 * np.stack([np.cos(angle), np.sin(angle)], 1) + (7, 6)
+    sides = np.linspace(corners[:-1], corners[1:], 4).swapaxes(0, 1)
+    area = len(sides) * 12.5 * np.sin(angle[1])
+    assert image_of([sides]).sum() == pytest.approx(area, rel=1e-9)
+    # The same one twice, once with sides of no length.
+    flat = np.concatenate([sides, np.broadcast_to(corners[0], (1, 4, 2))])
+    assert image_of([sides, flat]).sum() == pytest.approx(area, rel=1e-9)
 
 
 def test_union_of_two_rectangles_is_counted_once():

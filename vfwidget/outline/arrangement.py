@@ -8,7 +8,7 @@ this changes the shape by no more than the gap between them. No point beside an 
 and no tolerance takes part in the decision.
 
 **Tilt.** The outlines are first turned by a small angle, because many edges of letters are level,
-and a level edge is in no slab. If an edge is nearly level after that, they are turned further.
+and a level edge is in no slab. If an edge is nearly level after that, other angles are tried.
 
 **Strips.** Long texts are also cut into vertical strips, so that the number of parts grows in
 proportion to the length of the text. The winding number at the left border of a strip is the sum of
@@ -46,8 +46,10 @@ from .near import check_pairs
 
 TURNS = [rotation_matrices(-angle) for angle in (0.0619, 0.0871, 0.1123, 0.1367)]
 """Rotations by angles at which letters have no straight edges."""
-LEVEL, SHORT = 1e-4, 1e-9
-"""An arc is nearly level if it climbs less than this share of what its width exceeds ``SHORT``."""
+LEVEL = 1e-5
+"""An arc that climbs less than this share of its width is nearly level."""
+SHORT = 1e-9
+"""Arcs whose width is not larger than this do not matter."""
 PER_STRIP = 100
 """Mean number of cubics in a strip."""
 PARTS = 16
@@ -136,11 +138,7 @@ def boundary(
         image = xp.zeros_like(count_up(curves.shape[-1], curves))
     with np.errstate(all="ignore"):
         images = int(image[-1]) + 1
-        for turn in TURNS:
-            turned, strips = _turn(curves, images, turn)
-            arcs = monotone_arcs(turned, sizes, (strips if strips > 1 else -1, -1))
-            if not _is_level(arcs):
-                break
+        turned, strips, arcs = _tilted(curves, sizes, images)
         lines = climbers(turned, arcs)
         cubic, t = crossings(lines, arcs, take(image, arcs.cubic))
         if len(cubic):
@@ -152,6 +150,23 @@ def boundary(
             column = between(integers((arcs.first[0] + arcs.last[0]) / 2), 0, strips - 1)
             strip = column + strips * strip
         return _spans(lines, arcs, strip, _slabs(arcs, strip, images), inside, layer)
+
+
+def _tilted(curves: Any, sizes: Sequence[int], images: int) -> tuple[Any, int, Arcs]:
+    """The curves, turned so that no arc is nearly level; the number of strips; and the arcs."""
+    xp = namespace(curves)
+    best, most = None, -1.0
+    for turn in TURNS:
+        turned, strips = _turn(curves, images, turn)
+        arcs = monotone_arcs(turned, sizes, (strips if strips > 1 else -1, -1))
+        width, height = abs(arcs.last - arcs.first)
+        slope = float(xp.where(width > SHORT, height / width, 1.0).min())
+        if best is None or slope > most:
+            best, most = (turned, strips, arcs), slope
+        if slope > LEVEL:
+            break
+    assert best is not None
+    return best
 
 
 def _turn(curves: Any, images: int, turn: Array) -> tuple[Any, int]:
@@ -166,12 +181,6 @@ def _turn(curves: Any, images: int, turn: Array) -> tuple[Any, int]:
         strips = int(min(strips, 1 + curves.shape[-1] * width / max(widths, 1e-300)))
     turned[0, 0] -= least
     return turned * (strips / width), strips
-
-
-def _is_level(arcs: Arcs) -> bool:
-    """Whether an arc is nearly level. Arcs that are shorter than :data:`SHORT` do not matter."""
-    width, height = abs(arcs.last - arcs.first)
-    return bool((height < LEVEL * (width - SHORT)).any())
 
 
 def _slabs(arcs: Arcs, strip: Any, images: int) -> Slabs:
