@@ -261,13 +261,16 @@ def minimise_over_box(
         new = d + step
         leaves = (new < low) | (new > high)
         if not holds_anywhere(leaves):
+            released = ~free & ~_held(new, slope, low, high)
+            last = not holds_anywhere(released)
+            if last and lowest == math.inf:
+                return new, True
             value = quadratic.value(new)
             if value >= lowest:
                 # Releasing variables did not help: their slopes were only rounding errors.
                 break
             d, lowest = new, value
-            released = ~free & ~_held(d, slope, low, high)
-            if not holds_anywhere(released):
+            if last:
                 break
             free |= released
             continue
