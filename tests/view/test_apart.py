@@ -76,6 +76,28 @@ def test_a_crowded_word_says_so():
     assert "no axis values were found" in editor.error
 
 
+def test_a_crowded_word_says_so_for_as_long_as_it_is_crowded():
+    everywhere = [(-9000, -9000), (9000, -9000), (9000, 9000), (-9000, 9000)]
+    editor = vf.Editor(WORD, obstacles=[everywhere], avoid_overlaps=True)
+    for phase, by in (("down", 0), ("move", 40), ("up", 60), ("down", 0)):
+        answer = send(editor, phase, RIGHT + by)
+        assert answer["ok"] and vf.overlaps(editor.text, everywhere)
+        assert "no axis values were found" in editor.error
+    editor.undo()
+    assert vf.overlaps(editor.text, everywhere) and editor.error
+    # With other locks there might be room, and nobody has looked.
+    editor.locks = ["slnt"]
+    assert editor.error == ""
+    send(editor, "down", RIGHT)
+    assert editor.error
+    editor.avoid_overlaps = False
+    assert editor.error == ""
+    editor.avoid_overlaps = True
+    assert editor.error
+    editor.text = WORD.at(offsets=[(20_000, 0)])
+    assert vf.overlaps(editor.text, everywhere) == [] and editor.error == ""
+
+
 def test_obstacles_are_checked_and_drawn():
     editor = vf.Editor(WORD, obstacles=BAR)
     assert editor._obstacles.startswith("M")

@@ -10,12 +10,13 @@ from ..energy.handle_terms import Pin
 from ..energy.tied import Ties
 from ..export.svg import path_data
 from ..overlap.no_overlap import NoOverlap
+from ..overlap.overlaps import overlaps
 from ..overlap.resolve import resolve_overlaps
 from ..overlap.shape import Shape, read_obstacles
 from ..text import Text
 from .constraints import terms
 from .drag import ties_of
-from .state import State
+from .state import State, set_as
 
 ROOM_SECONDS = 0.5
 """The search for the nearest free state ends after this time, so that the kernel stays ready."""
@@ -33,6 +34,8 @@ class KeepsApart(traitlets.HasTraits):
     _obstacles = traitlets.Unicode().tag(sync=True)
 
     _shapes: tuple[Shape, ...] = ()
+    _crowded: State | None = None
+    """The state from which no free one was found, until that is out of date."""
     _adopting: bool
     _history: Any
     _adopt: Any
@@ -56,7 +59,25 @@ class KeepsApart(traitlets.HasTraits):
         free = None
         if keep is not None and presses:
             free = room(state, keep, ties_of(content, state.text))
+            self._crowded = state if free is None else None
         return state if free is None else state.at(free)
+
+    def _complaint(self, state: State) -> str:
+        """What the editor says of a new state: that its letters overlap, if they have to.
+
+        A drag of crowded letters makes a new state at every event, in which they overlap still.
+        """
+        crowded = self._crowded
+        if crowded is None:
+            return ""
+        same_word = state.text.composition is crowded.text.composition
+        same = same_word and set_as(state.text) == set_as(crowded.text)
+        # With other pins, locks or constraints there may be room.
+        same = same and self.avoid_overlaps and crowded.at(state.text) == state
+        if same and overlaps(state.text, self._shapes):
+            return CROWDED
+        self._crowded = None
+        return ""
 
     @traitlets.validate("obstacles")
     def _check_obstacles(self, proposal: Any) -> Any:
@@ -67,12 +88,14 @@ class KeepsApart(traitlets.HasTraits):
     def _on_obstacles(self, _: Any) -> None:
         contours = [contour for shape in self._shapes for contour in shape.contours]
         self._obstacles = path_data(contours)
-        if self._keep is not None and not self._adopting:
-            state = self._history.present
-            text = room(state, self._keep)
-            if text is not None:
-                self._adopt(state.at(text))
-            self.error = CROWDED if text is None else ""
+        if self._adopting:
+            return
+        state, keep = self._history.present, self._keep
+        text = None if keep is None else room(state, keep)
+        self._crowded = state if keep is not None and text is None else None
+        if text is not None:
+            self._adopt(state.at(text))
+        self.error = self._complaint(self._history.present)
 
 
 def room(state: State, keep: NoOverlap, ties: Ties = ()) -> Text | None:

@@ -266,7 +266,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
             self.locks = frozen(state.locks)
             self.constraints = frozen(state.constraints)
             self._steps = [len(self._history.past), len(self._history.future)]
-            self.error = ""
+            self.error = self._complaint(state)
         self._picture.expire()
 
     @traitlets.validate("axes", "value")
