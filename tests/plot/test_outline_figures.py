@@ -238,7 +238,7 @@ def test_layout_of_a_long_line_leaves_out_its_numbers():
     ax = plot.layout(vf.Text("recursive", "thirteen chars"))
     assert not [t for t in ax.texts if t.get_text()]
     assert "more than 12 letters" in heading(ax)[1]
-    with pytest.raises(TypeError, match="must be a Text"):
+    with pytest.raises(vf.TextError, match="must be a Text"):
         plot.layout("word")
 
 

@@ -86,7 +86,7 @@ def test_a_given_axes_is_used(figure):
     else:
         assert axs[0, 1] not in own.axes
         assert set(drawn) <= set(own.axes)
-    with pytest.raises(TypeError, match="matplotlib Axes"):
+    with pytest.raises(vf.VFWidgetError, match="matplotlib Axes"):
         every_figure(font, "a")[figure](ax=axs)
     if not isinstance(drawn, Axes):
         with pytest.raises(vf.VFWidgetError, match="grid"):

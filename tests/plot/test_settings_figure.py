@@ -87,8 +87,10 @@ def test_a_text_is_shown_with_its_glyphs_that_change():
 
 
 def test_bad_input_is_refused():
-    with pytest.raises(vf.TextError, match="is empty"):
+    with pytest.raises(vf.TextError, match="A font needs a string"):
         plot.settings("recursive")
+    with pytest.raises(vf.TextError, match="is empty"):
+        plot.settings("recursive", "")
     with pytest.raises(vf.AxisError):
         plot.settings("recursive", "k", axes={"nope": 1})
     with pytest.raises(vf.VFWidgetError, match="grid"):

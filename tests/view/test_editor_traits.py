@@ -68,6 +68,17 @@ def test_moving_the_text_from_python_keeps_the_pins(editor: Any) -> None:
     assert editor.axes["wght"] == pytest.approx(300)
 
 
+def test_a_text_keeps_its_own_sharing_and_refuses_another() -> None:
+    for shared in (True, False):
+        text = vf.Text("dynapuff", "no", shared=shared)
+        assert vf.Editor(text).shared is vf.Editor(text, shared=shared).shared is shared
+        with pytest.raises(vf.TextError, match="shared"):
+            vf.Editor(text, shared=not shared)
+        assert vf.Editor(text.at(shared=not shared)).shared is not shared
+    assert vf.Editor("dynapuff", "no").shared
+    assert not vf.Editor("dynapuff", "no", shared=False).shared
+
+
 def test_pins_go_both_ways_and_refuse_strangers(editor: Any) -> None:
     editor.comm.update(_pins=[[1, 0, 2, 0.25]])
     (pin,) = editor.pins

@@ -45,7 +45,7 @@ def single(ax: Axes | None, size: tuple[float, float]) -> Axes:
     if ax is None:
         return plt.subplots(figsize=size, layout="constrained")[1]
     if not isinstance(ax, Axes):
-        raise TypeError(f"ax must be one matplotlib Axes; received {type(ax).__name__}.")
+        raise VFWidgetError(f"ax must be one matplotlib Axes; received {type(ax).__name__}.")
     return ax
 
 

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from ..arrays import Array, to_array
+from ..errors import TextError
 from ..font import Axis, Font, load_font
 from ..text import AxisValues, Text
 from .canvas import COLOURS, GREY, Panels, caption, draw_glyph, ink, panels, plain
@@ -62,7 +63,7 @@ def settings(
     ----------
     font_or_text : Font, Text or what :func:`vfwidget.load_font` takes
     string : str
-        A character or a text. Omit it for a Text.
+        A character or a text. Omit it for a Text; a font needs it.
     axes : axis values, as for :class:`vfwidget.Text`, optional
         User values of the axes that choose no glyph; those of the Text, or the default, if
         omitted.
@@ -80,14 +81,17 @@ def settings(
     AxisError
         The font has no such axis.
     TextError, GlyphError
-        The string is empty, or the font lacks a character.
+        The string is missing or empty, or the font lacks a character.
     VFWidgetError
         ``ax`` is not part of a grid.
     """
     if isinstance(font_or_text, Text):
         text = font_or_text if string is None else Text(font_or_text.font, string)
     else:
-        text = Text(load_font(font_or_text), "" if string is None else string)
+        font = load_font(font_or_text)
+        if string is None:
+            raise TextError('A font needs a string, as in vf.plot.settings(font, "a").')
+        text = Text(font, string)
     w = text.coordinates[0] if axes is None else location(text.font, axes)
     text = text.at(shared=True)
     sides = _sides(text)

@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 
 from ..arrays import Array, to_array
-from ..errors import GlyphError
+from ..errors import GlyphError, TextError
 from ..font import Font, Glyph, load_font
 from ..outline.cubics import AREA
 from ..text import AxisValues, Text
@@ -298,9 +298,16 @@ def layout(text: Text, ax: Axes | None = None) -> Axes:
         the letters, arrows below the baseline their advances, and bands their left and right side
         bearings. A negative side bearing is hatched and has a frame. A word of more than twelve
         letters has no numbers.
+
+    Raises
+    ------
+    TextError
+        ``text`` is no Text.
     """
     if not isinstance(text, Text):
-        raise TypeError(f"text must be a Text; received {type(text).__name__}.")
+        raise TextError(
+            f'text must be a Text, such as vf.Text(font, "hand"); received {type(text).__name__}.'
+        )
     theta = to_array(text.theta)
     font = text.font
     origins = [placed.x for placed in text.layout]

@@ -58,8 +58,8 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
     string : str
         The word; not given if ``font`` is a Text.
     axes : mapping of tag to user value, or one per letter, optional
-    shared : bool
-        One axis vector for the word, or one for each letter. A Text brings its own.
+    shared : bool, optional
+        One axis vector for the word (default), or one for each letter. Omit it for a Text.
     locks : sequence of str
         Tags of axes that drags leave as they are.
     obstacles : obstacle, or sequence of obstacles
@@ -147,7 +147,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
         font: Font | Text | FontSource,
         string: str | None = None,
         axes: AxisValues | Sequence[AxisValues] | None = None,
-        shared: bool = True,
+        shared: bool | None = None,
         *,
         locks: Sequence[str] = (),
         obstacles: Any = (),

@@ -20,15 +20,21 @@ def text_to_show(font: Any, string: Any, axes: Any, shared: Any) -> Text:
     Raises
     ------
     TextError
-        There is no string, a Text comes together with a string or axes, or letters are rotated.
+        There is no string, a Text comes together with a string, axes or another value of shared,
+        or letters are rotated.
     """
     if not isinstance(font, Text):
         if string is None:
             raise TextError('An Editor needs a text to show: vf.Editor(font, "NT").')
-        return Text(font, string, axes=axes, shared=shared)
+        return Text(font, string, axes=axes, shared=True if shared is None else shared)
     if string is not None or axes is not None:
         raise TextError(
             "Do not pass string or axes together with a Text, because a Text already contains both."
+        )
+    if shared is not None and shared is not font.shared:
+        raise TextError(
+            f"This Text has shared={font.shared}; received shared={shared!r:.80}. Leave it out, or "
+            "pass text.at(shared=…)."
         )
     return upright(font)
 

@@ -19,6 +19,7 @@ from ..files import written
 from ..motion.animation import Animation
 from ..motion.numbers import read_number
 from ..motion.tracks import outlines
+from ..solver.problem import is_count
 from ..text.inputs import read_flag
 from .bundle import PAGE_STYLE, built
 from .film import describe_film
@@ -212,7 +213,11 @@ class Player(anywidget.AnyWidget):
         if name in ("playing", "loop"):
             return read_flag(name, value, MotionError)
         if name == "onion":
-            return int(read_number(name, value, 0, MOST_ONION, open_below=False))
+            if not is_count(value) or value > MOST_ONION:
+                raise MotionError(
+                    f"onion must be a whole number from 0 to {MOST_ONION}; received {value!r:.200}."
+                )
+            return int(value)
         low, high = (0.0, self.animation.duration) if name == "time" else SPEEDS
         return read_number(name, value, low, high, open_below=False)
 
