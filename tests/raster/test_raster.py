@@ -243,6 +243,33 @@ def test_letters_in_single_precision_turned(name):
         assert error.max() < NEAR
 
 
+def copies_of(points, moves, distance):
+    """A contour of the points (3 s, 2), and a copy for each of the moves, which are as large."""
+    whole = Contours([len(points) // 3]).segments
+    return [(np.array(points) + distance * np.array(move))[whole] for move in (0, *moves)]
+
+
+def test_levels_beside_a_turn_that_rounding_puts_in_the_wrong_order():
+    copies = copies_of([(3, 7), (9, 10), (8, 6)], [[(0, 0), (-2, 0), (0, 0)]], 1e-11)
+    assert misses(copies) < 0.02
+
+
+def test_curves_that_nearly_coincide_and_would_cross_beyond_their_ends():
+    points = [(5, 9), (4, 2), (5, 5), (9, 2), (2, 1), (8, 11)]
+    moves = [[(-1, -2), (0, 0), (0, 0), (0, 0), (-3, 0), (-2, 0)]]
+    assert misses(copies_of(points, moves, 1e-11)) < 0.02
+
+
+@pytest.mark.parametrize("distance", [1e-7, 1e-9, 1e-10, 1e-11, 1e-12])
+def test_copies_of_a_contour_are_one_contour(distance):
+    rng = np.random.default_rng(round(-np.log10(distance)))
+    for _ in range(100):
+        points = rng.uniform(-2, 14, (3 * rng.integers(1, 5), 2))
+        moved = rng.normal(size=(3, *points.shape)) * (rng.random((3, *points.shape)) < 0.5)
+        single = image_of(copies_of(points, [], distance))
+        assert abs(image_of(copies_of(points, moved, distance)) - single).max() < 1e-4
+
+
 def test_curves_that_coincide_are_not_cut_again_and_again():
     contour = blob(7.1, 6.2, [4, 3, 5, 4])
     counts = []

@@ -28,7 +28,7 @@ from ..arrays import (
     take,
     where_true,
 )
-from .monotone import Arcs, climbs, evaluate, evaluate_slope, reach
+from .monotone import SAME, Arcs, climbs, evaluate, evaluate_slope, reach
 from .near import near_pairs
 
 RESOLUTION = 1e-12
@@ -243,7 +243,10 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
         t = t + xp.where(xp.isfinite(step), step, 0.0)
     middle = (height[0] + height[1]) / 2
     slack = (height[1] - height[0]) * (0.5 + 1e-9) + resolution
-    rest = where_true(~(met & (abs(place[1, 0] - middle) <= slack)))
+    # Beyond its ends a cubic may return to these heights, and may cross the other one again.
+    start, end = take(lines.about[:2], pairs.reshape(-1)).reshape(2, 2, -1)
+    on_arcs = ((t >= start - SAME) & (t <= end + SAME)).all(0)
+    rest = where_true(~(met & on_arcs & (abs(place[1, 0] - middle) <= slack)))
     if len(rest):
         some = Changes(*(take(values, rest) for values in changes))
         t[:, rest] = _enclose(lines, some, resolution)
