@@ -68,6 +68,7 @@ class Solution:
     _history: Callable[[], list[Iterate]] | None
     elsewhere: Text | None = field(default=None)
     boundaries: list[Boundary] = field(default_factory=list)
+    _axes_free: bool = True
 
     @cached_property
     def history(self) -> list[Iterate]:
@@ -117,10 +118,11 @@ class Solution:
         return self.status in (CONVERGED, UNREACHABLE)
 
     def report(self) -> str:
-        """A table to print: which goals are met, by how much others are missed, and each axis.
+        """A table to print: which goals are met, by how much others are missed, and each free axis.
 
-        It also lists letters that were moved, and the tracking if it has changed, and says whether
-        there is a better result farther away.
+        Letters that have one name are counted, as in "2nd l". The table also lists letters that
+        were moved, and the tracking if it has changed, and says whether there is a better result
+        farther away.
 
         Returns
         -------
@@ -128,32 +130,40 @@ class Solution:
         """
         lines = [f"{self.status} after {self._steps}: {self.message}", ""]
         labels = [result.term.label() for result in self.terms]
-        width = max(len(label) for label in labels)
+        letters = self.text.word.distinct_names
+        axes = self._axis_rows() if self._axes_free else []
+        width = max(map(len, [*labels, *letters, "tracking", *(name for name, *_ in axes)]))
         lines.append(f"{'term':{width}}  {'missed by':>11}  {'cost':>10}")
         for label, result in zip(labels, self.terms, strict=True):
             missed, words = _missed(result)
             lines.append(f"{label:{width}}  {missed:>11}  {result.cost:10.4g}{words}")
-        lines += ["", f"{'axis':{width}}  {'from':>11}  {'to':>10}"]
-        places = zip(_rows(self.start), _rows(self.text), self.active, strict=True)
-        for letter, (before, after, active) in enumerate(places):
-            for (tag, old), new, held in zip(before.items(), after.values(), active, strict=True):
-                name = tag if self.text.shared else f"{self.text.word.letter_names[letter]} {tag}"
-                end = {-1: "  held at its minimum", 1: "  held at its maximum"}.get(int(held), "")
-                lines.append(f"{name:{width}}  {old:11.4g}  {new:10.4g}{end}")
         spaces = self.start.tracking, self.text.tracking
-        if spaces[0] != spaces[1]:
-            lines.append(f"{'tracking':{width}}  {spaces[0]:11.4g}  {spaces[1]:10.4g}")
+        rows = [*axes, ("tracking", *spaces, "")] if spaces[0] != spaces[1] else axes
+        if rows:
+            lines += ["", f"{'axis' if axes else '':{width}}  {'from':>11}  {'to':>10}"]
+        lines += [f"{name:{width}}  {old:11.4g}  {new:10.4g}{end}" for name, old, new, end in rows]
         ends = self.text.place[OFFSETS], self.start.place[OFFSETS]
         moves = ends[0] - ends[1] if len(ends[0]) == len(ends[1]) else ends[0]
         if moves.any():
             lines += ["", f"{'letter':{width}}  {'moved by x':>11}  {'y':>10}"]
-            for name, (x, y) in zip(self.text.word.letter_names, moves, strict=True):
+            for name, (x, y) in zip(letters, moves, strict=True):
                 lines.append(f"{name:{width}}  {x:11.1f}  {y:10.1f}")
         if self.elsewhere is not None:
             lines += ["", "A better result lies farther away: see solution.elsewhere."]
         if self.boundaries:
             lines += ["", "where glyphs change", *map(str, self.boundaries)]
         return "\n".join(lines)
+
+    def _axis_rows(self) -> list[tuple[str, float, float, str]]:
+        """For each axis of each letter: its name, its values before and after, and its end."""
+        rows = []
+        places = zip(_rows(self.start), _rows(self.text), self.active, strict=True)
+        for letter, (before, after, active) in enumerate(places):
+            of = "" if self.text.shared else f"{self.text.word.distinct_names[letter]} "
+            for (tag, old), new, held in zip(before.items(), after.values(), active, strict=True):
+                end = {-1: "  held at its minimum", 1: "  held at its maximum"}.get(int(held), "")
+                rows.append((of + tag, old, new, end))
+        return rows
 
     @property
     def _steps(self) -> str:

@@ -249,8 +249,11 @@ def solution_of(
     if status == CONVERGED:
         missed = best.missed
         status = UNREACHABLE if missed else CONVERGED
-        message = _explain(text, active(), missed, boundaries) if missed else "every goal is met"
-        if cut is not None and (missed or all(result.miss is None for result in best.results)):
+        goals = any(result.miss is not None for result in best.results)
+        message = "every goal is met" if goals else "no step lowers the cost; no term has a goal"
+        if missed:
+            message = _explain(text, active(), missed, boundaries)
+        if cut is not None and (missed or not goals):
             status, message = cut
     return Solution(
         text=text.moved_to(place),
@@ -265,6 +268,7 @@ def solution_of(
         _history=partial(_iterates, unknowns, best),
         elsewhere=elsewhere,
         boundaries=list(boundaries),
+        _axes_free=AXES in unknowns.slices,
     )
 
 

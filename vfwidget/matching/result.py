@@ -198,8 +198,10 @@ class Match:
             lines.append("The fit ended before it converged; a larger max_iterations may help.")
         axes = [self.axes] if self.text.shared else self.axes
         spread = [self.uncertainty] if self.text.shared else self.uncertainty
-        for letter, (values, about) in enumerate(zip(axes, spread, strict=True)):
-            of = "" if self.text.shared else f"{self.text.word.letter_names[letter]} "
+        names = [""] if self.text.shared else self.text.word.distinct_names
+        width = max(len(name) for name in names) + (not self.text.shared)
+        for name, values, about in zip(names, axes, spread, strict=True):
+            of = f"{name:{width}}"
             for tag, value in values.items():
                 if np.isfinite(about[tag]):
                     lines.append(f"{of}{tag:>6} {value:10.4g} ± {about[tag]:.2g}")

@@ -30,7 +30,7 @@ def draw_animation(animation: Any, axes: Any = None) -> Any:
     if theta.lines:
         theta.legend(fontsize="small", ncols=2)
     theta.set_title("axes, normalized")
-    names = animation.text.word.letter_names
+    names = animation.text.word.distinct_names
     for letter, name in enumerate(names):
         (line,) = height.plot(times, animation.positions[:, letter, 1], lw=1.2)
         line.set_label(name)

@@ -29,5 +29,5 @@ class Handle:
 
     @property
     def letter_name(self) -> str:
-        """The character of the handle's letter, or its glyph name where it has no single one."""
-        return str(self.word.letter_names[self.glyph])
+        """The handle's letter in words: its character or glyph name; of equal ones, which it is."""
+        return str(self.word.distinct_names[self.glyph])

@@ -42,6 +42,8 @@ class Word:
     glyphs : tuple of Glyph
     letter_names : tuple of str
         The character of each letter, or its glyph name where it has no single character.
+    distinct_names : tuple of str
+        The same, and which one it is where several letters have one name: ``"2nd l"``.
     is_affine : bool
         Whether all glyphs are affine in the scalars of their regions.
     origins : Origins
@@ -90,6 +92,15 @@ class Word:
         """What energies compile from affine terms, for the next solve with the same ones."""
         self.latest_energy: Any = None
         """The energy of the latest solve: the next one often has the same terms."""
+
+    @cached_property
+    def distinct_names(self) -> tuple[str, ...]:
+        """See the class."""
+        counts, seen, names = Counter(self.letter_names), Counter[str](), []
+        for name in self.letter_names:
+            seen[name] += 1
+            names.append(f"{_ordinal(seen[name])} {name}" if counts[name] > 1 else name)
+        return tuple(names)
 
     def _place_glyphs(self, indices: list[IntArray]) -> None:
         """Lay the deltas of the glyphs out over the word's regions."""
@@ -261,6 +272,11 @@ class Word:
 def _word(composition: Any, rows: tuple[int, ...]) -> Word:
     word: Word = composition.word(rows)
     return word
+
+
+def _ordinal(number: int) -> str:
+    teens = 10 < number % 100 < 14
+    return f"{number}{'th' if teens else {1: 'st', 2: 'nd', 3: 'rd'}.get(number % 10, 'th')}"
 
 
 def _letter_names(string: str, clusters: Sequence[int], glyphs: Sequence[Glyph]) -> tuple[str, ...]:
