@@ -17,8 +17,8 @@ def test_letters_with_one_name_are_counted(text: vf.Text) -> None:
     x, y = text.position(second).tolist()
     found = vf.solve(text, [vf.Target(second, (x + 3000, y)), vf.StayClose()])
     assert "Target 2nd l is missed by" in found.message
-    report = found.report()
-    assert [report.count(f"\n{name} wght ") for name in ("h", "1st l", "2nd l", "l")] == [1, 1, 1, 0]
+    starts = [f"\n{name} wght " for name in ("h", "1st l", "2nd l", "l")]
+    assert [found.report().count(start) for start in starts] == [1, 1, 1, 0]
     many = vf.Text("dynapuff", "l" * 23 + "e").word.distinct_names
     assert [many[i] for i in (0, 1, 2, 3, 10, 11, 12, 20, 21, 22, 23)] == [
         *("1st l", "2nd l", "3rd l", "4th l", "11th l", "12th l", "13th l"),
