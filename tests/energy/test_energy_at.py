@@ -56,6 +56,10 @@ def test_beyond_a_boundary_the_rows_of_those_glyphs_are_kept() -> None:
     found = energy_of(upright, pull(upright)).at(italic, pull(italic))
     assert found._compiled is there._compiled
     assert_same(found, Energy(italic, pull(italic)))
+    # Also where the energy left behind had no such terms.
+    other = Energy(upright, pull(upright)[:1])
+    energy_of(italic, pull(italic))
+    assert_same(other.at(italic, pull(italic)), Energy(italic, pull(italic)))
     locked = energy_of(upright, pull(upright), locks=("wght",)).at(italic, pull(italic))
     assert_same(locked, Energy(italic, pull(italic), locks=("wght",)))
 

@@ -130,7 +130,7 @@ class Energy:
         blocks, before = text.blocks, known.unknowns.blocks
         other.text, other.terms, other.unknowns = text, kept, known.unknowns.at(blocks)
         other._set_bounds()
-        other._pulls = list(map(proximity_around, kept, self._pulls, repeat(other.unknowns)))
+        other._pulls = list(map(proximity_around, kept, known._pulls, repeat(other.unknowns)))
         other._collect_proximity()
         offsets, tracking = before[OFFSETS].value, before[TRACKING].value
         if blocks[OFFSETS].value is not offsets or blocks[TRACKING].value is not tracking:
@@ -139,7 +139,7 @@ class Energy:
         other._set_constant(
             [
                 affine.root * term.residual(*affine.origin)
-                for affine, term in zip(self._affine, kept, strict=True)
+                for affine, term in zip(known._affine, kept, strict=True)
                 if affine is not None
             ]
         )
