@@ -391,3 +391,22 @@ def test_locks_are_tags(text: vf.Text, handle: vf.Handle, locks: Any) -> None:
     vf.solve(text, vf.Target(handle, (0, 0)), restarts=0)
     with pytest.raises(vf.AxisError, match="locks must be tags of axes"):
         vf.solve(text, vf.Target(handle, (0, 0)), locks=locks)
+
+
+def test_a_residual_in_numpy_is_named():
+    class Wave(vf.Term):
+        def __init__(self, handle):
+            self.handles = (handle,)
+
+        def residual(self, points, theta):
+            return points[:, 1] - np.sin(points.numpy()[0, 0])
+
+    text = vf.Text("roboto-flex", "n")
+    with pytest.raises(vf.SolveError, match="Wave uses numpy"):
+        vf.solve(text, Wave(text.nearest(0, 900)))
+
+
+def test_what_is_no_term_is_shown():
+    text = vf.Text("roboto-flex", "n")
+    with pytest.raises(vf.SolveError, match="received 3"):
+        vf.solve(text, [vf.StayClose(), 3])

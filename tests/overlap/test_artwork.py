@@ -65,7 +65,7 @@ def test_y_points_up_and_artwork_is_placed():
     np.testing.assert_allclose(art.box, [[110, 140], [140, 180]])
     np.testing.assert_allclose(art.moved(5, -5).box, [[115, 135], [145, 175]])
     np.testing.assert_allclose(art.scaled(2).box, [[220, 280], [280, 360]])
-    assert repr(art) == "<Artwork of 1 contours, 30 × 40>"
+    assert repr(art) == "<Artwork of 1 contour, 30 × 40>"
     np.testing.assert_allclose(art.scaled("2").box, art.scaled(2).box)
     for move in (
         lambda: art.scaled(1e300),

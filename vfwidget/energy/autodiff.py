@@ -44,7 +44,7 @@ def derivative_of(
     # Jupyter may run this on a thread whose grad mode was never set.
     with torch.enable_grad():
         inputs = tuple(to_tensor(values).clone().requires_grad_() for values in (points, theta))
-        value = _as_vector(residual(*inputs), kind)
+        value = _as_vector(_in_torch(residual, inputs, kind), kind)
         if not len(value):
             return np.zeros((0, *points.shape)), np.zeros((0, *theta.shape))
         if not value.requires_grad:
@@ -61,6 +61,25 @@ def derivative_of(
             plain = tuple(values.detach() for values in inputs)
             by_points, by_theta = torch.func.jacfwd(vector, argnums=(0, 1))(*plain)
     return to_array(by_points), to_array(by_theta)
+
+
+def _in_torch(residual: Function, inputs: tuple[torch.Tensor, ...], kind: str) -> Any:
+    """The residual at tensors that require a gradient.
+
+    Raises
+    ------
+    SolveError
+        It makes arrays of them, which torch refuses.
+    """
+    try:
+        return residual(*inputs)
+    except RuntimeError as error:
+        if "numpy()" not in str(error):
+            raise
+        raise SolveError(
+            f"The residual of {kind} uses numpy, which cannot be differentiated. Write it in torch "
+            "operations, such as torch.sin for np.sin, or define derivative()."
+        ) from error
 
 
 def _backward(entry: torch.Tensor, inputs: tuple[torch.Tensor, ...]) -> tuple[torch.Tensor, ...]:

@@ -28,7 +28,9 @@ def bound(term: Term, text: Text) -> Term:
         It is no term, or ``bind`` returns none or finds the term not valid for this text.
     """
     if not isinstance(term, Term):
-        raise no_terms()
+        raise SolveError(
+            f"Each term must be a Term, such as vf.Target(handle, (x, y)); received {term!r:.80}."
+        )
     found = term.bind(text)
     if not isinstance(found, Term):
         raise SolveError(

@@ -57,8 +57,9 @@ class Term:
         Set it to True where the residual is affine in the positions and in Θ. Such terms are
         evaluated faster. :func:`check_derivative` finds a term that is not.
     moving : bool
-        Set it to True where :meth:`locate` may find other points, or another number of
-        residuals, at another location. It is then called again after every step of the solver.
+        Set it to True where :meth:`points` or :meth:`locate` may find other points, or another
+        number of residuals, at another location. Both are then called again after every step of
+        the solver.
 
     Examples
     --------
@@ -75,6 +76,29 @@ class Term:
     >>> tops = text.nearest(600, 1080), text.nearest(1600, 1080)
     >>> vf.solve(text, [SameHeight(*tops), vf.StayClose()]).status
     'converged'
+
+    The higher one of two points, which may be the other one after a step, with a derivative:
+
+    >>> class Height(vf.Term):
+    ...     moving = True
+    ...
+    ...     def __init__(self, some, y):
+    ...         self.some, self.y = some, y
+    ...
+    ...     def points(self, text):
+    ...         return text.point_set([max(self.some, key=lambda h: text.position(h)[1])])
+    ...
+    ...     def residual(self, points, theta):
+    ...         return points[:, 1] - self.y
+    ...
+    ...     def derivative(self, points, theta):
+    ...         return vf.Derivative(points=[[[0.0, 1.0]]])
+    >>> height = Height(tops, 1150)
+    >>> vf.check_derivative(height, text) < 1e-5
+    True
+    >>> solution = vf.solve(text, [height, vf.StayClose()])
+    >>> round(max(solution.text.position(top)[1].item() for top in tops))
+    1150
     """
 
     handles: tuple[Handle, ...] = ()
@@ -131,7 +155,10 @@ class Term:
         return {}
 
     def points(self, text: Text) -> PointSet:
-        """The points that :meth:`residual` receives; by default those of ``handles``."""
+        """The points that :meth:`residual` receives; by default those of ``handles``.
+
+        A term that selects them itself returns ``text.point_set(handles)``.
+        """
         return text.point_set(self.handles)
 
     def locate(self, text: Text) -> Rows | None:

@@ -16,8 +16,9 @@ from ..outline.area import areas, swept, weighted_powers
 from ..outline.arrangement import Spans, boundary
 from ..outline.monotone import coefficients
 from ..solver.problem import is_number
-from ..text import Handle, Text
+from ..text import AxisValues, Handle, Text
 from ..text.colours import as_drawn
+from ..text.inputs import user_values
 from ..text.place import AXES
 from ..text.points import PointSet
 from .rows import Derivative, Rows
@@ -94,8 +95,8 @@ class AxisTarget(Term):
 
     Parameters
     ----------
-    axes : mapping of tag to user value
-        Axes that are not in it are not pulled.
+    axes : axis values, as for :class:`vfwidget.Text`
+        Axes that are not in it are not pulled. A named instance pulls all of them.
     letter : int, optional
         Index of the letter whose axes are pulled, in a text with axes for each letter. Default:
         all letters.
@@ -104,17 +105,14 @@ class AxisTarget(Term):
         the end of an axis counts as much as 100 font units.
     """
 
-    axes: Mapping[str, float]
+    axes: AxisValues
     letter: int | None = None
     weight: float = 1e4
     tolerance = None
 
     def bind(self, text: Text) -> Term:
         super().bind(text)
-        if not isinstance(self.axes, Mapping):
-            raise SolveError(
-                f"axes must be a mapping of tag to user value; received {self.axes!r}."
-            )
+        user_values(text.font, self.axes)
         letters = len(text.coordinates)
         if self.letter is not None:
             whole = isinstance(self.letter, int | np.integer) and not isinstance(self.letter, bool)
@@ -130,10 +128,11 @@ class AxisTarget(Term):
 
     def proximity(self, text: Text) -> Mapping[str, tuple[Array, Array]]:
         weights, reference = np.zeros_like(text.coordinates), np.zeros_like(text.coordinates)
-        named = [axis.tag in self.axes for axis in text.font.axes]
+        values = user_values(text.font, self.axes)
+        named = [axis.tag in values for axis in text.font.axes]
         rows = slice(None) if self.letter is None else self.letter
         weights[rows] = np.where(named, self.weight, 0.0)
-        reference[:] = to_array(text.font.normalize(self.axes))
+        reference[:] = to_array(text.font.normalize(values))
         return {AXES: (weights, reference)}
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..arrays import Array, ArrayLike, to_tensor
 from ..errors import GlyphError
 from .composed import Composed, Coordinates
@@ -122,7 +124,14 @@ class Glyph:
         name: str = "",
         glyph_id: int = 0,
     ) -> None:
-        outline = Affine(*map(owned, (default, deltas, support)))
+        points, *rest = map(owned, (default, deltas, support))
+        shape = tuple(np.shape(points))
+        if len(shape) != 2 or shape[1] != 2:
+            raise GlyphError(
+                f"default must have the shape (k, 2), x and y of each control point; "
+                f"received {shape}."
+            )
+        outline = Affine(points, *rest)
         advance_width = _read_advance(advance, outline.axis_count)
         self._assemble(outline, advance_width, contours, name, glyph_id)
 
@@ -169,7 +178,8 @@ class Glyph:
             )
 
     def __repr__(self) -> str:
-        sets = f", {len(self.support)} delta sets" if self.is_affine else ""
+        count = len(self.support) if self.is_affine else 0
+        sets = f", {count} delta set{'' if count == 1 else 's'}" if self.is_affine else ""
         return f"<Glyph {self.name!r}: {self.contours.point_count} control points{sets}>"
 
     @property

@@ -107,7 +107,9 @@ class Artwork:
 
     def __repr__(self) -> str:
         (left, bottom), (right, top) = self.box
-        return f"<Artwork of {len(self.contours)} contours, {right - left:g} × {top - bottom:g}>"
+        count = len(self.contours)
+        contours = f"{count} contour{'' if count == 1 else 's'}"
+        return f"<Artwork of {contours}, {right - left:g} × {top - bottom:g}>"
 
 
 def _placement(scale: Any, position: Any) -> tuple[Array, Array]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 AxisValues: TypeAlias = "Mapping[str, Any] | NamedInstance | str"
 """Axis values as callers give them: user values by tag, a named instance, or its name."""
+MOST_NAMES = 8
+"""Instances that an error message lists at most; some fonts have hundreds."""
 
 
 def read_axes(
@@ -62,9 +65,7 @@ def user_values(font: Font, row: Any) -> Mapping[str, Any]:
     if isinstance(row, str):
         named = {instance.name: instance for instance in font.instances}
         if row not in named:
-            raise AxisError(
-                f"{font.family_name} has no instance {row!r}; it has {', '.join(named) or 'none'}."
-            )
+            raise AxisError(f"{font.family_name} has no instance {row!r}; {_offered(row, named)}.")
         row = named[row]
     if isinstance(row, NamedInstance):
         if row not in font.instances:
@@ -73,6 +74,14 @@ def user_values(font: Font, row: Any) -> Mapping[str, Any]:
     if not isinstance(row, Mapping):
         raise AxisError(f"Axis values must be a mapping of tag to number; received {row!r}.")
     return row
+
+
+def _offered(name: str, names: Collection[str]) -> str:
+    """Which instances a font has; of many, those whose names are most like the one asked for."""
+    if len(names) <= MOST_NAMES:
+        return f"it has {', '.join(names) or 'none'}"
+    alike = difflib.get_close_matches(name, names, MOST_NAMES, 0.0)
+    return f"font.instances lists its {len(names)} instances, such as {', '.join(alike)}"
 
 
 def _complete(font: Font, row: Mapping[str, Any]) -> dict[str, float]:
