@@ -85,10 +85,8 @@ def test_a_crowded_word_says_so_for_as_long_as_it_is_crowded():
         assert "no axis values were found" in editor.error
     editor.undo()
     assert vf.overlaps(editor.text, everywhere) and editor.error
-    # With other locks there might be room, and nobody has looked.
+    # With other locks there might be room, but there is none.
     editor.locks = ["slnt"]
-    assert editor.error == ""
-    send(editor, "down", RIGHT)
     assert editor.error
     editor.avoid_overlaps = False
     assert editor.error == ""
@@ -96,6 +94,19 @@ def test_a_crowded_word_says_so_for_as_long_as_it_is_crowded():
     assert editor.error
     editor.text = WORD.at(offsets=[(20_000, 0)])
     assert vf.overlaps(editor.text, everywhere) == [] and editor.error == ""
+
+
+def test_crowded_letters_give_way_when_an_axis_is_unlocked():
+    text = vf.Text("roboto-flex", "HH", shared=False).at(offsets=[(0, 0), (-900, 0)])
+    tags = [axis.tag for axis in text.font.axes]
+    editor = vf.Editor(text, locks=tags, avoid_overlaps=True)
+    assert vf.overlaps(editor.text) and "no axis values were found" in editor.error
+    steps = len(editor.history)
+    editor.set_state({"locks": []})
+    assert vf.overlaps(editor.text) == [] and editor.error == ""
+    assert len(editor.history) == steps + 1
+    editor.undo()
+    assert vf.overlaps(editor.text) and editor.locks == tags
 
 
 def test_obstacles_are_checked_and_drawn():

@@ -67,17 +67,27 @@ class KeepsApart(traitlets.HasTraits):
 
         A drag of crowded letters makes a new state at every event, in which they overlap still.
         """
-        crowded = self._crowded
-        if crowded is None:
-            return ""
-        same_word = state.text.composition is crowded.text.composition
-        same = same_word and set_as(state.text) == set_as(crowded.text)
-        # With other pins, locks or constraints there may be room.
-        same = same and self.avoid_overlaps and crowded.at(state.text) == state
+        same = self.avoid_overlaps and self._was_crowded(state)
         if same and overlaps(state.text, self._shapes):
             return CROWDED
         self._crowded = None
         return ""
+
+    def _relieved(self, state: State) -> State:
+        """A new state in which letters that were crowded before give way, if there is room now."""
+        keep = self._keep
+        if keep is None or self._crowded is None or self._was_crowded(state):
+            return state
+        text = room(state, keep)
+        self._crowded = state if text is None else None
+        return state if text is None else state.at(text)
+
+    def _was_crowded(self, state: State) -> bool:
+        """Whether no free state was found with this word, its pins, locks and constraints."""
+        crowded, text = self._crowded, state.text
+        if crowded is None or text.composition is not crowded.text.composition:
+            return False
+        return set_as(text) == set_as(crowded.text) and crowded.at(text) == state
 
     @traitlets.validate("obstacles")
     def _check_obstacles(self, proposal: Any) -> Any:

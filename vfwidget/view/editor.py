@@ -318,7 +318,7 @@ class Editor(Exports, KeepsApart, Steps, anywidget.AnyWidget):
             if constraints:
                 followed = solve_drag(state, state.text, keep=self._keep)
                 state = replace(state, text=followed.solution.text)
-        return state
+        return self._relieved(state)
 
     @traitlets.observe("axes", "shared", "value", "pins", "_pins", "locks", "constraints")
     def _on_state(self, change: Any) -> None:
