@@ -250,6 +250,16 @@ def test_letters_that_overlap_at_the_start_are_moved_apart_first() -> None:
         simulated(text, 2, obstacles=[covering])
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("positions", [False, True])
+@pytest.mark.parametrize("given", ["forces", "impulses"])
+def test_forces_that_overflow_are_told_without_a_warning(given: str, positions: bool) -> None:
+    value = (1e300, 0.0) if given == "forces" else [(0.0, (1e300, 0.0))]
+    text = vf.Text("recursive", "hk", shared=False)
+    with pytest.raises(vf.MotionError, match="is larger than any number"):
+        vf.simulate(text, 3, 1 / 30, mass=1e20, positions=positions, **{given: value})
+
+
 def test_an_exploding_force_keeps_the_frames_so_far() -> None:
     with pytest.raises(vf.MotionError, match="motion exploded") as caught:
         simulated(high(), 40, forces=lambda t: (0, 10.0 ** (100 * t)), positions=True)

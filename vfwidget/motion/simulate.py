@@ -265,6 +265,7 @@ class _Run:
         """Seconds since the start."""
         return max(len(self.frames) - 1, 0) * self.laws.frame
 
+    @np.errstate(over="ignore", invalid="ignore")
     def _push(self, time: float) -> None:
         """Apply the impulses whose time has come."""
         due = np.zeros_like(self.state.velocity)
@@ -345,12 +346,18 @@ class _Run:
         if outlines.boxes_overlap(segments, NEARBY):
             # A deeper contact is beyond the reach of the gaps.
             depth = max(depth, deepest(self.body.text.moved_to(place), self.scene.shapes(time)))
-        stretch = self.laws.stiffness * (place[AXES] - rest) ** 2
-        energy = (
-            0.5 * float(velocity @ velocity)
-            + 0.5 * float(stretch.sum())
-            - float(self.body.force(acceleration) @ self.body.reduced_at(place))
-        )
+        with np.errstate(over="ignore", invalid="ignore"):
+            stretch = self.laws.stiffness * (place[AXES] - rest) ** 2
+            energy = (
+                0.5 * float(velocity @ velocity)
+                + 0.5 * float(stretch.sum())
+                - float(self.body.force(acceleration) @ self.body.reduced_at(place))
+            )
+        if not math.isfinite(energy):
+            raise MotionError(
+                f"At {time:.4g} s the energy of the motion is larger than any number. Use weaker "
+                "forces or impulses, or a smaller mass."
+            )
         self.frames.append((place, depth, energy))
         self.gains.append(self._gain)
 
