@@ -226,9 +226,10 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
     pairs, height, gap, part = changes
     xp = namespace(gap)
     first = height[0] + (height[1] - height[0]) * part
-    t = lines.at(pairs.reshape(-1), xp.concatenate([first, first])).reshape(2, -1)
+    curves, about = (take(values, pairs.reshape(-1)) for values in lines)
+    t = reach(curves[:, 1], about, xp.concatenate([first, first])).reshape(2, -1)
     # (4, 2, 2, Q): coefficients of x and y of the first and the second arc.
-    cubics = take(lines.curves, pairs.reshape(-1)).reshape(4, 2, 2, -1)
+    cubics = curves.reshape(4, 2, 2, -1)
     for rounds in range(NEWTON + 1):
         place = evaluate(cubics, t)
         away = place[:, 1] - place[:, 0]
@@ -244,7 +245,7 @@ def _meet(lines: Climbers, changes: Changes, resolution: float) -> Any:
     middle = (height[0] + height[1]) / 2
     slack = (height[1] - height[0]) * (0.5 + 1e-9) + resolution
     # Beyond its ends a cubic may return to these heights, and may cross the other one again.
-    start, end = take(lines.about[:2], pairs.reshape(-1)).reshape(2, 2, -1)
+    start, end = about[:2].reshape(2, 2, -1)
     on_arcs = ((t >= start - SAME) & (t <= end + SAME)).all(0)
     rest = where_true(~(met & on_arcs & (abs(place[1, 0] - middle) <= slack)))
     if len(rest):

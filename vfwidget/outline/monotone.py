@@ -133,8 +133,11 @@ def join(curves: Any, sizes: Sequence[int], cubic: Any, start: Any) -> Arcs:
     opening = where_true(fresh)
     end[opening - 1] = 1.0
     begin = take(opening, _first_cubics(sizes, opening))
-    follower[following(begin) - 1] = begin
-    return Arcs(cubic, start, end, first, take(first, follower), follower)
+    closing = following(begin) - 1
+    follower[closing] = begin
+    last = following(first)
+    last[:, closing] = take(first, begin)
+    return Arcs(cubic, start, end, first, last, follower)
 
 
 def _first_cubics(sizes: Sequence[int], reference: Any) -> Any:
@@ -207,7 +210,7 @@ def reach(polynomials: Any, about: Any, goal: Any) -> Any:
     # Exact for a parabola, such as a quadratic curve raised to a cubic. At a turn, where ``lead``
     # and ``part`` are zero, it is zero as well.
     part = part / (lead + xp.sqrt(at_least_zero(square + rest * part) + TINY))
-    t = xp.minimum(low + part * (high - low), high)
+    t = low + part * (high - low)
     constant = polynomials[0] - goal
     for rounds in range(ROUNDS + 1):
         value = ((polynomials[3] * t + polynomials[2]) * t + polynomials[1]) * t + constant

@@ -120,8 +120,9 @@ def _swept(low: Any, high: Any, group: Any) -> Iterator[tuple[Any, Any]]:
 def _sweep(left: Any, right: Any, key: Any) -> tuple[Any, Any, Any]:
     """The order of boxes, and for each the next place and how many there begin within it."""
     # One after the other from left to right, and one key to the right of the other.
-    shift = key * (1 + right.max() - left.min())
-    left, right = left + shift, right + shift
+    if key.any():
+        shift = key * (1 + right.max() - left.min())
+        left, right = left + shift, right + shift
     order = left.argsort()
     left, right = take(left, order), take(right, order)
     after = count_up(len(order), order) + 1
