@@ -462,3 +462,20 @@ def test_lines_are_made_equally_wide(show: Any) -> None:
     page.wait(600)
     assert "Make all lines equally wide" in page.root.locator(".vfw-constraint").inner_text()
     assert page.root.locator(".vfw-constraint-lines").get_attribute("d").count("M") == 2
+
+
+def test_obstacles_near_the_word_are_in_the_picture(show: Any) -> None:
+    above = [(0, 1200), (300, 1200), (300, 1500)]
+    page = show(vf.Editor("recursive", "no", obstacles=[above]))
+    page.wait(1200)
+    picture = page.root.locator(".vfw-svg").bounding_box()
+    obstacle = page.root.locator(".vfw-obstacles").bounding_box()
+    assert picture["y"] < obstacle["y"]
+    assert page.root.locator(".vfw-letter").first.bounding_box()["height"] > 60
+
+
+def test_a_wall_far_larger_than_the_word_leaves_that_large(show: Any) -> None:
+    wall = [(-90_000, -300), (90_000, -300), (90_000, -90_000), (-90_000, -90_000)]
+    page = show(vf.Editor("recursive", "no", obstacles=[wall]))
+    page.wait(1200)
+    assert page.root.locator(".vfw-letter").first.bounding_box()["height"] > 60

@@ -86,7 +86,8 @@ def page(tmp_path: Path) -> Iterator[Page]:
             pytest.fail("VFWIDGET_REQUIRE_BROWSER is set and there is no Firefox.")
         pytest.skip("needs Firefox")
     file = tmp_path / "page.html"
-    vf.Editor("recursive", "hand", axes={"wght": 600}).to_html(file)
+    above = [(0, 1200), (300, 1200), (300, 1400)]
+    vf.Editor("recursive", "hand", axes={"wght": 600}, obstacles=[above]).to_html(file)
     with tempfile.TemporaryDirectory() as profile:
         options = ["--headless", "--no-remote", "--profile", profile, "--remote-debugging-port=0"]
         process = subprocess.Popen([FIREFOX, *options], stderr=subprocess.PIPE, text=True)
@@ -100,6 +101,17 @@ def page(tmp_path: Path) -> Iterator[Page]:
             process.terminate()
             process.wait(30)
             process.stderr.close()
+
+
+def test_an_obstacle_above_the_word_is_in_the_picture(page: Page) -> None:
+    page.evaluate("new Promise(done => setTimeout(() => done('0'), 1200))")
+    picture, obstacle = page.evaluate(
+        """JSON.stringify(['.vfw-svg', '.vfw-obstacles'].map(name => {
+          const box = document.querySelector(name).getBoundingClientRect();
+          return [box.top, box.bottom];
+        }))"""
+    )
+    assert picture[0] < obstacle[0] < obstacle[1] < picture[1]
 
 
 def test_a_letter_is_dragged_and_the_drag_undone(page: Page) -> None:

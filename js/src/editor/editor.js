@@ -2,7 +2,7 @@
 import { attr, html, KEEP_KEYS } from "../view/dom.js";
 import { Drag, PATIENCE } from "../solver/drag.js";
 import { Drawing } from "../view/drawing.js";
-import { conform, isArray } from "../word/decode.js";
+import { isArray } from "../word/decode.js";
 import { Channel } from "./channel.js";
 import { createConstraintBar } from "./constraints.js";
 import { createControls } from "./controls.js";
@@ -123,6 +123,8 @@ export function createEditor(model, arriving) {
   ];
   for (const [name, listener] of listeners) model.on(name, listener);
   const resizes = new ResizeObserver(() => {
+    // Only on a page it is known how far what lies behind the word reaches.
+    if (!dragging() && !drawing.fits) drawing.fit(true);
     wait();
     request();
   });
@@ -201,6 +203,7 @@ export function createEditor(model, arriving) {
     if (word === null) return;
     if (fresh) {
       gestures.forget();
+      attr(drawing.backdrop, "d", session.backdrop);
       drawing.setWord(word, session.axes);
       controls.setWord(word);
       toolbar.setWord(word);
@@ -358,7 +361,7 @@ export function createEditor(model, arriving) {
     if (answer.elsewhere) {
       status.offer(guard(() => {
         say("idle", "");
-        session.write({ axes: conform(/** @type {any} */ (session.word), answer.elsewhere, session.shared, session.selected) });
+        session.write({ axes: session.conform(answer.elsewhere) });
       }));
     }
   }
@@ -400,7 +403,7 @@ export function createEditor(model, arriving) {
   function destroy() {
     guard(() => {
       gestures.finishKeys();
-      gestures.lose({ pointerId: gestures.grab?.id });
+      gestures.drop();
       channel.close();
       session.flush();
     })();

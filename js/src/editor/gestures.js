@@ -75,7 +75,7 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
     event.preventDefault();
     zoom(Math.exp(-0.01 * Math.max(-40, Math.min(40, event.deltaY))), event.clientX, event.clientY);
   });
-  on("keydown", key);
+  on("keydown", pressKey);
   on("keyup", (event) => event.key in ARROWS && finishKeys());
   on("blur", finishKeys);
   on("focus", () => {}); // the keys' handle appears
@@ -119,19 +119,19 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
 
   /** @param {PointerEvent} event */
   function press(event) {
-    const { layout } = drawing, touch = event.pointerType === "touch";
+    const { layout } = drawing, { pointerId: id, button } = event, touch = event.pointerType === "touch";
     if (layout === null) return;
     /** @type {[number, number]} */
     const at = [event.clientX, event.clientY];
-    if (!event.isPrimary || event.button === 1) {
+    if (!event.isPrimary || button === 1) {
       // A second finger, or the middle button: the picture is moved, and a drag ends where it is.
       if (grab) holds.set(grab.id, grab.last);
-      lose({ pointerId: grab?.id });
+      drop();
       return hold(event, at);
     }
-    if (event.button !== 0) return;
+    if (button !== 0) return;
     finishKeys();
-    lose({ pointerId: grab?.id });
+    drop();
     drawing.hold();
     const found = pick(at[0], at[1], touch ? TOUCH : REACH);
     const { x, y } = drawing.toFont(at[0], at[1]);
@@ -139,12 +139,12 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
     if (letter >= 0) session.select(letter, event.ctrlKey || event.metaKey ? "to" : "within");
     if (found === null) {
       holds.clear();
-      if (touch) holds.set(event.pointerId, at); // the page may scroll
+      if (touch) holds.set(id, at); // the page may scroll
       else hold(event, at);
       return;
     }
-    take((last = found.handle), layout.position(last), "pointer", event.pointerId, at, [x, y]);
-    drawing.svg.setPointerCapture(event.pointerId);
+    take((last = found.handle), layout.position(last), "pointer", id, at, [x, y]);
+    drawing.svg.setPointerCapture(id);
   }
 
   /**
@@ -179,14 +179,15 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
 
   /** @param {PointerEvent} event */
   function move(event) {
+    const { pointerId: id } = event, touch = event.pointerType === "touch";
     /** @type {[number, number]} */
     const at = [event.clientX, event.clientY];
-    if (event.pointerType !== "touch" || grab) pointer = at;
-    if (holds.has(event.pointerId)) {
-      if (event.pointerType !== "touch" || holds.size > 1) slide(event.pointerId, at);
+    if (!touch || grab) pointer = at;
+    if (holds.has(id)) {
+      if (!touch || holds.size > 1) slide(id, at);
       return;
     }
-    if (grab?.by !== "pointer" || grab.id !== event.pointerId) return;
+    if (grab?.by !== "pointer" || grab.id !== id) return;
     const place = track(grab, event, at);
     if (!place) return;
     say(grab, "move", grab.target);
@@ -235,6 +236,11 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
     if (grab?.by === "pointer" && grab.id === event.pointerId) end(grab);
   }
 
+  /** Ends a drag by a pointer where it got to. */
+  function drop() {
+    lose({ pointerId: grab?.id });
+  }
+
   /** Back to before the drag: the kernel hears of its end, and then of the axes from before. */
   function cancel() {
     const taken = grab;
@@ -254,16 +260,16 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
   }
 
   /** @param {KeyboardEvent} event */
-  function key(event) {
-    const { layout } = drawing;
+  function pressKey(event) {
+    const { layout } = drawing, { key } = event;
     if (layout === null || event.altKey || event.ctrlKey || event.metaKey) return;
-    const arrow = ARROWS[event.key];
-    if (arrow) nudge(arrow[0] * (event.shiftKey ? 10 : 1), arrow[1] * (event.shiftKey ? 10 : 1));
-    else if (event.key === "+" || event.key === "=" || event.key === "-") zoomStep(event.key === "-" ? 1 / ZOOM : ZOOM);
-    else if (event.key === "0") drawing.fit();
-    else if (event.key === "PageDown" || event.key === "PageUp") step(event.key === "PageDown" ? 1 : -1);
-    else if ((event.key === "Enter" || event.key === " ") && last && !grab) togglePin(last);
-    else if (event.key !== "Escape" || !cancel()) return;
+    const arrow = ARROWS[key], pace = event.shiftKey ? 10 : 1;
+    if (arrow) nudge(arrow[0] * pace, arrow[1] * pace);
+    else if (key === "+" || key === "=" || key === "-") zoomStep(key === "-" ? 1 / ZOOM : ZOOM);
+    else if (key === "0") drawing.fit();
+    else if (key === "PageDown" || key === "PageUp") step(key === "PageDown" ? 1 : -1);
+    else if ((key === "Enter" || key === " ") && last && !grab) togglePin(last);
+    else if (key !== "Escape" || !cancel()) return;
     event.preventDefault();
     event.stopPropagation();
   }
@@ -384,6 +390,6 @@ export function createGestures({ drawing, session, channel, predicted, atOnce, s
     get shown() { return shown(); },
     /** The point that is held, or was moved last. */
     get held() { return grab?.handle ?? last; },
-    refresh, forget, lose, finishKeys, zoomStep, dragOf, follow, judge,
+    refresh, forget, drop, finishKeys, zoomStep, dragOf, follow, judge,
   };
 }

@@ -6,10 +6,10 @@ export const HINT = "Drag the outline to change the font. Click the outline to p
 export const KEYS = "Press Page Down to select the next point, the arrow keys to move it, and Enter to pin it.";
 export const BETTER = "Go to a closer result with very different axes";
 export const BUSY = "The kernel is busy or has stopped. The editor goes on by itself and sends its state when the kernel answers.";
-export const LATER = "This part of the editor has not arrived; the kernel sends it as soon as it is free.";
+export const LATER = "This part of the editor has not arrived; the kernel sends it when it is free.";
 export const REACH = "Press a point of the outline to see what it can reach.";
 export const UNMET = "The font cannot meet all constraints; this is the nearest result.";
-export const UNSENT = "The editor has lost its kernel. Run its cell again to reconnect it; until then Python does not see your changes.";
+export const UNSENT = "The editor has lost its kernel. Run its cell again; until then Python does not see your changes.";
 
 /**
  * The result of a drag: whether the goal is met, and if not, what stands in the way.

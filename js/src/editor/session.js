@@ -2,7 +2,7 @@
  * What the view shows of a model, and how the two stay in step. The model's traits are the truth;
  * the view runs ahead of it while a drag is being answered and while a write of its own waits.
  */
-import { alike, complete, conform, decodeWord, isArray } from "../word/decode.js";
+import { alike, conform, decodeWord, isArray } from "../word/decode.js";
 import { checkConstraint } from "./constraints.js";
 
 /**
@@ -85,6 +85,11 @@ export class Session {
     this.problems = new Map();
   }
 
+  /** Axes of this word, one set of values for all letters or one for each. @param {any} axes @returns {Values | Values[]} */
+  conform(axes, shared = this.shared) {
+    return conform(/** @type {any} */ (this.word), axes, shared, this.selected);
+  }
+
   /** @param {string} trait */
   expire(trait) {
     this.#stale.add(trait);
@@ -109,13 +114,13 @@ export class Session {
       for (const trait of /** @type {const} */ (["axes", "shared", "_pins", "constraints"])) this.#stale.add(trait);
       // What is said of the old word means nothing on the new one.
       this.#waiting = {};
-      this.axes = conform(word, {}, this.shared, this.selected);
+      this.axes = this.conform({});
     });
     if (this.word !== null && (fresh || (!ahead && !("axes" in this.#waiting)))) {
       if (this.#stale.delete("shared")) this.#stale.add("axes");
       this.#read("axes", () => {
         const shared = this.#model.get("shared") !== false;
-        this.axes = conform(/** @type {any} */ (this.word), this.#model.get("axes"), shared, this.selected);
+        this.axes = this.conform(this.#model.get("axes"), shared);
         this.shared = shared;
       });
     }
@@ -150,7 +155,7 @@ export class Session {
   take(axes) {
     if ("axes" in this.#waiting || this.word === null) return false;
     if (axes === null || typeof axes !== "object") throw new Error("the answer has no axes");
-    this.axes = conform(this.word, axes, this.shared, this.selected);
+    this.axes = this.conform(axes);
     this.#stale.delete("axes");
     this.version++;
     return true;
@@ -241,14 +246,13 @@ export class Session {
   }
 
   resetAll() {
-    if (this.word === null) return;
-    this.write({ axes: conform(this.word, {}, this.shared, this.selected) });
+    if (this.word !== null) this.write({ axes: this.conform({}) });
   }
 
   /** @param {boolean} shared */
   setShared(shared) {
     if (this.word === null || shared === this.shared) return;
-    this.write({ shared, axes: conform(this.word, shared ? complete(this.word, this.values) : this.axes, shared, this.selected) });
+    this.write({ shared, axes: this.conform(this.axes, shared) });
   }
 
   /** Locks an axis, or unlocks it. @param {string} tag */

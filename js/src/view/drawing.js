@@ -12,9 +12,9 @@ import { Layout } from "../word/forward.js";
 /** The window is at most this many times smaller, or larger, than one that fits the word. */
 const MOST = 40;
 
-/** The window that shows a laid-out word with room around it. @param {Layout} layout @returns {Box} */
-export function windowFor(layout) {
-  const [left, bottom, right, top] = layout.box(), { ascender, descender, unitsPerEm } = layout.word;
+/** The window that shows a laid-out word, or a box around it, with room on all sides. @param {Layout} layout @returns {Box} */
+export function windowFor(layout, [left, bottom, right, top] = layout.box()) {
+  const { ascender, descender, unitsPerEm } = layout.word;
   const low = Math.min(bottom, descender), high = Math.max(top, ascender);
   const padX = 0.06 * (right - left) + 0.12 * unitsPerEm, padY = 0.07 * (high - low);
   return { x: left - padX, y: -high - padY, width: right - left + 2 * padX, height: high - low + 2 * padY };
@@ -46,12 +46,28 @@ export class Drawing {
     this.onmove = () => {};
   }
 
+  /**
+   * What the window shows: the word, and what lies behind it up to an em away. Artwork may be far larger than the word.
+   * @returns {[left: number, bottom: number, right: number, top: number]}
+   */
+  get #box() {
+    const layout = /** @type {Layout} */ (this.layout);
+    const [left, bottom, right, top] = layout.box(), em = layout.word.unitsPerEm, { x, y, width, height } = this.backdrop.getBBox();
+    const least = (/** @type {number} */ own, /** @type {number} */ behind) => Math.min(own, Math.max(behind, own - em));
+    return [least(left, x), least(bottom, -y - height), -least(-right, -x - width), -least(-top, y)];
+  }
+
+  /** The window that shows all of it. */
+  get #wanted() {
+    return windowFor(/** @type {Layout} */ (this.layout), this.#box);
+  }
+
   /** @param {import("../word/decode.js").Word} word @param {any} axes user values, as Layout.evaluate takes them */
   setWord(word, axes) {
     this.layout = new Layout(word).evaluate(axes);
     this.#place(this.layout);
     this.chosen = false;
-    this.show(windowFor(this.layout));
+    this.show(this.#wanted);
   }
 
   /** A path for each letter. @param {Layout} layout */
@@ -120,8 +136,8 @@ export class Drawing {
   /** Shows things larger by a factor; a place in word coordinates stays where it is. @param {number} factor @param {[number, number]} place */
   zoom(factor, [x, y]) {
     if (this.layout === null || !Number.isFinite(x + y)) return;
-    const from = this.#visible, least = windowFor(this.layout).width / MOST, most = windowFor(this.layout).width * MOST;
-    const part = Math.min(most, Math.max(least, from.width / factor)) / from.width;
+    const from = this.#visible, { width } = windowFor(this.layout);
+    const part = Math.min(width * MOST, Math.max(width / MOST, from.width / factor)) / from.width;
     this.hold();
     this.show({
       x: x - part * (x - from.x), y: -y - part * (-y - from.y), width: part * from.width, height: part * from.height,
@@ -151,17 +167,16 @@ export class Drawing {
     if (this.layout === null || this.chosen) return true;
     const now = this.#scale(this.#window);
     if (!(now > 0)) return true; // not on the page
-    const shown = this.#visible, wanted = windowFor(this.layout), [left, bottom, right, top] = this.layout.box();
+    const shown = this.#visible, wanted = this.#wanted, [left, bottom, right, top] = this.#box;
     const inside = left >= shown.x && right <= shown.x + shown.width && -top >= shown.y && -bottom <= shown.y + shown.height;
     const shift = Math.abs(wanted.x + wanted.width / 2 - shown.x - shown.width / 2);
     return inside && shift < 0.15 * shown.width && this.#scale(wanted) < 1.35 * now;
   }
 
-  /** Moves the window to where the word is now, gently unless less motion is asked for. */
-  fit() {
+  /** Moves the window to where the word is now, gently unless less motion is asked for. @param {boolean} [still] whether it jumps */
+  fit(still = globalThis.matchMedia?.("(prefers-reduced-motion: reduce)").matches) {
     if (this.layout === null) return;
-    const from = this.#window, to = windowFor(this.layout), began = performance.now();
-    const still = globalThis.matchMedia?.("(prefers-reduced-motion: reduce)").matches;
+    const from = this.#window, to = this.#wanted, began = performance.now();
     this.hold();
     this.chosen = false;
     if (still) {
