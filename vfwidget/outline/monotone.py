@@ -210,7 +210,7 @@ def reach(polynomials: Any, about: Any, goal: Any) -> Any:
     # Exact for a parabola, such as a quadratic curve raised to a cubic. At a turn, where ``lead``
     # and ``part`` are zero, it is zero as well.
     part = part / (lead + xp.sqrt(at_least_zero(square + rest * part) + TINY))
-    t = low + part * (high - low)
+    t = xp.minimum(low + part * (high - low), high)
     constant = polynomials[0] - goal
     for rounds in range(ROUNDS + 1):
         value = ((polynomials[3] * t + polynomials[2]) * t + polynomials[1]) * t + constant
