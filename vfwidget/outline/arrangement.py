@@ -149,7 +149,8 @@ def boundary(
         if strips > 1:
             column = between(integers((arcs.first[0] + arcs.last[0]) / 2), 0, strips - 1)
             strip = column + strips * strip
-        return _spans(lines, arcs, strip, _slabs(arcs, strip, images), inside, layer)
+        cells = _slabs(arcs, strip, images)
+        return _spans(lines, arcs, strip if strips > 1 else None, cells, inside, layer)
 
 
 def _tilted(curves: Any, sizes: Sequence[int], images: int) -> tuple[Any, int, Arcs]:
@@ -202,9 +203,11 @@ def _slabs(arcs: Arcs, strip: Any, images: int) -> Slabs:
     return Slabs(take(height, distinct), low, high, *expand(low, high - low))
 
 
-def _spans(lines: Climbers, arcs: Arcs, strip: Any, cells: Slabs, inside: Any, layer: Any) -> Spans:
-    """Spans of arcs that have been cut where they cross."""
-    xp = namespace(strip)
+def _spans(
+    lines: Climbers, arcs: Arcs, strip: Any | None, cells: Slabs, inside: Any, layer: Any
+) -> Spans:
+    """Spans of arcs that have been cut where they cross, with their strips if there are several."""
+    xp = namespace(arcs.first)
     turn = xp.sign(arcs.last[1] - arcs.first[1])
     member = (zeros(len(turn), turn) + 1)[None]
     if layer is not None:
@@ -220,26 +223,19 @@ def _spans(lines: Climbers, arcs: Arcs, strip: Any, cells: Slabs, inside: Any, l
     # Every slab begins with no winding.
     leftmost = running_maximum(xp.where(begins(slab), count_up(len(slab), slab), 0))
     shift = take(before, leftmost)
-    base = _base(arcs, cells, strip, member)
-    if base is not None:
-        shift = shift - take(base, slab)
+    if strip is not None:
+        shift = shift - take(_base(arcs, cells, strip, member), slab)
     before, after = before - shift, after - shift
     weight = zeros(len(middle), middle)
     weight[order] = inside(after) * turned - inside(before) * turned
     return _merged(arcs, lines, cells, weight)
 
 
-def _base(arcs: Arcs, cells: Slabs, strip: Any, member: Any) -> Any | None:
-    """The winding numbers (G, L) at the left border of a strip, right above each level.
-
-    None stands for zeros.
-    """
+def _base(arcs: Arcs, cells: Slabs, strip: Any, member: Any) -> Any:
+    """The winding numbers (G, L) at the left border of a strip, right above each level."""
     xp = namespace(member)
     step = take(strip, arcs.follower) - strip
     moves = where_true(step)
-    if not len(moves):
-        # Everything lies to the right of the left border of its strip.
-        return None
     rising = arcs.last[1] > arcs.first[1]
     starts, ends = xp.where(rising, cells.low, cells.high), xp.where(rising, cells.high, cells.low)
     # To the right an outline enters the follower's strip, to the left it leaves its own one.
