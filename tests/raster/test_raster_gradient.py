@@ -183,6 +183,33 @@ def test_the_transforms_of_torch_func_work():
     torch.testing.assert_close(images[1], image(thetas[1]), rtol=0, atol=1e-12)
 
 
+@pytest.mark.filterwarnings("ignore:.*torch.jit:DeprecationWarning")
+def test_derivatives_of_torch_func_in_a_batch():
+    func, contour = torch.func, blob(5, 4, [3, 2, 4])
+    rng = np.random.default_rng(4)
+    places = torch.tensor(np.eye(2, 3) + 0.1 * rng.normal(size=(2, 3, 2, 3)))
+    weight = torch.tensor(rng.normal(size=(7, 9)))
+
+    def image(place):
+        return vf.rasterize([contour], (7, 9), place)
+
+    # A sum's slope by the image is the same for all, and a square's is not.
+    for derivative in (
+        func.jacrev(image),
+        func.jacfwd(image),
+        func.grad(lambda place: (image(place) * weight).sum()),
+        func.grad(lambda place: (image(place) ** 2).sum()),
+        lambda place: func.jvp(image, (place,), (torch.ones(2, 3).double(),))[1],
+    ):
+        want = torch.stack([torch.stack([derivative(place) for place in row]) for row in places])
+        got = func.vmap(derivative)(places[0])
+        torch.testing.assert_close(got, want[0], rtol=0, atol=1e-9)
+        got = func.vmap(func.vmap(derivative))(places)
+        torch.testing.assert_close(got, want, rtol=0, atol=1e-9)
+        got = func.vmap(func.vmap(derivative), in_dims=1, out_dims=1)(places)
+        torch.testing.assert_close(got, want, rtol=0, atol=1e-9)
+
+
 def test_gradcheck_of_torch_passes():
     pair, _ = crossing()
     # A contour must stay closed as its points are moved one by one.

@@ -55,53 +55,69 @@ def signed(function: Function) -> Function:
 
 
 class Coverage(torch.autograd.Function):
-    """Points (B, S, 4, 2) to images (B, H, W), and what their derivative needs."""
+    """Points (B, S, 4, 2) to images (B, H, W), and what their derivative needs.
+
+    The numbers (B,) of the images come with them. Under vmap they have the batch dimensions of the
+    points, so that a derivative can tell these dimensions from its own.
+    """
 
     @staticmethod
     @signed
     def forward(
         points: Tensor, sizes: Sequence[int], height: int, width: int
-    ) -> tuple[Tensor, Kept]:
+    ) -> tuple[Tensor, Tensor, Kept]:
         """The images."""
         values = inner(points)
         check_contours(values, sizes)
         image, boundary = fill(values, sizes, height, width)
-        return outer(image), Kept(boundary)
+        return outer(image), torch.arange(len(image), device=points.device), Kept(boundary)
 
     @staticmethod
-    def setup_context(ctx: Any, inputs: tuple[Any, ...], output: tuple[Tensor, Kept]) -> None:
+    def setup_context(
+        ctx: Any, inputs: tuple[Any, ...], output: tuple[Tensor, Tensor, Kept]
+    ) -> None:
         """Keep the boundary."""
-        ctx.boundary, ctx.shape = output[1].boundary, inputs[0].shape
+        _, ctx.numbers, kept = output
+        ctx.boundary = kept.boundary
+        ctx.mark_non_differentiable(ctx.numbers)
 
     @staticmethod
-    def backward(ctx: Any, slope: Tensor, _: None = None) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Any, slope: Tensor, *_: None) -> tuple[Tensor | None, ...]:
         """The slope by the points."""
-        shape = ctx.shape
-        slope = Linear.apply(slope, lambda s: ctx.boundary.gradient(s).reshape(shape))
-        return slope, None, None, None
+        boundary = ctx.boundary
+
+        def gradient(slopes: Any) -> Any:
+            return boundary.gradient(slopes).reshape(len(slopes), -1, 4, 2)
+
+        return Linear.apply(slope, ctx.numbers, gradient), None, None, None
 
     @staticmethod
-    def jvp(ctx: Any, tangent: Tensor, *_: None) -> tuple[Tensor, None]:
+    def jvp(ctx: Any, tangent: Tensor, *_: None) -> tuple[Tensor, None, None]:
         """How the images change as the points move."""
-        moved = Linear.apply(tangent, lambda t: ctx.boundary.derivative(t.reshape(-1, 4, 2, 1))[0])
-        return moved, None
+        boundary = ctx.boundary
+
+        def derivative(tangents: Any) -> Any:
+            return boundary.derivative(tangents.reshape(-1, 4, 2, 1))[0]
+
+        return Linear.apply(tangent, ctx.numbers, derivative), None, None
 
     @staticmethod
     def vmap(
         info: Any, dims: Dims, points: Tensor, sizes: Sequence[int], height: int, width: int
-    ) -> tuple[tuple[Tensor, Kept], tuple[int, None]]:
+    ) -> tuple[tuple[Tensor, Tensor, Kept], tuple[int, int, None]]:
         """One more batch dimension."""
         points = points.movedim(dims[0], 0)  # type: ignore[arg-type]
-        images, kept = Coverage.apply(points.flatten(0, 1), sizes, height, width)
-        return (images.unflatten(0, points.shape[:2]), kept), (0, None)
+        images, numbers, kept = Coverage.apply(points.flatten(0, 1), sizes, height, width)
+        batch = points.shape[:2]
+        return (images.unflatten(0, batch), numbers.unflatten(0, batch), kept), (0, 0, None)
 
 
 class Linear(torch.autograd.Function):
-    """A linear map of arrays, for tensors of whatever kind; its own derivative is not offered."""
+    """A linear map of arrays (B, …), one for each image; its own derivative is not offered."""
 
     @staticmethod
     @signed
-    def forward(values: Tensor, work: Callable[[Any], Any]) -> Tensor:
+    def forward(values: Tensor, numbers: Tensor, work: Callable[[Any], Any]) -> Tensor:
         """The map's value."""
         return outer(work(inner(values)))
 
@@ -111,11 +127,18 @@ class Linear(torch.autograd.Function):
 
     @staticmethod
     def vmap(
-        info: Any, dims: Dims, values: Tensor, work: Callable[[Any], Any]
+        info: Any, dims: Dims, values: Tensor, numbers: Tensor, work: Callable[[Any], Any]
     ) -> tuple[Tensor, int]:
-        """The map of each."""
-        each = values.movedim(dims[0], 0)  # type: ignore[arg-type]
-        return torch.stack([Linear.apply(one, work) for one in each]), 0
+        """The map of each, or of all where this dimension is one of the images."""
+        if dims[0] is None:
+            values = values.expand(info.batch_size, *values.shape)
+        else:
+            values = values.movedim(dims[0], 0)
+        if dims[1] is None:
+            return torch.stack([Linear.apply(one, numbers, work) for one in values]), 0
+        numbers = numbers.movedim(dims[1], 0)
+        mapped = Linear.apply(values.flatten(0, 1), numbers.flatten(), work)
+        return mapped.unflatten(0, values.shape[:2]), 0
 
 
 def inner(values: Tensor) -> Any:
