@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tracemalloc
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -207,6 +208,25 @@ def test_the_depth_of_random_overlaps(seed):
             points = shapely.points(shapely.get_coordinates(inside))
             depths.append(shapely.distance(points, other.boundary).max(initial=0))
         assert overlap.depth == pytest.approx(max(depths), rel=0.02, abs=0.5)
+
+
+def test_the_contours_of_a_text_are_one_obstacle():
+    text, other = vf.Text("recursive", "no"), vf.Text("recursive", "o").at(offsets=[(300, 40)])
+    expected = vf.overlaps(text, other)
+    assert [found.pair for found in expected] == [(0, 0), (1, 0)]
+    # The second contour of the o is a hole.
+    for obstacles in (other.segments(), [other.segments()]):
+        found = vf.overlaps(text, obstacles)
+        assert [one.pair for one in found] == [(0, 0), (1, 0)]
+        areas = [one.area for one in expected]
+        assert [one.area for one in found] == pytest.approx(areas, rel=1e-9)
+
+
+@pytest.mark.parametrize("source", ["<svg/>", b"<svg/>", Path("a.svg")])
+def test_an_svg_becomes_artwork_first(source):
+    for obstacles in (source, [source]):
+        with pytest.raises(vf.OverlapError, match=r"vf\.Artwork"):
+            vf.overlaps(vf.Text("recursive", "n"), obstacles)
 
 
 @pytest.mark.parametrize(

@@ -173,8 +173,8 @@ class Solution:
         met = [result.met for result in self.terms if result.miss is not None]
         goals = f"{sum(met)} of {len(met)} goals met" if met else "no goals"
         return (
-            f"<Solution for {self.text.string!r}: {self.status} after {self._steps}, {goals}, "
-            f"cost {self.cost:.4g}\n"
+            f"<{type(self).__name__} for {self.text.string!r}: {self.status} after {self._steps}, "
+            f"{goals}, cost {self.cost:.4g}\n"
             f" axes {shown(self.axes)}>"
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -132,6 +133,7 @@ def read_obstacles(obstacles: Any) -> list[Shape]:
     """
     if isinstance(obstacles, Text) or hasattr(obstacles, "contours") or _dimensions(obstacles) == 2:
         obstacles = [obstacles]
+    _refuse_names(obstacles, "obstacles")
     _refuse_iterator(obstacles, "obstacles")
     try:
         listed = list(obstacles)
@@ -140,11 +142,23 @@ def read_obstacles(obstacles: Any) -> list[Shape]:
             "obstacles must be a list of polygons, contours, texts or artwork; "
             f"received {obstacles!r}."
         ) from None
+    if listed and all(not isinstance(one, Shape) and _dimensions(one) == 3 for one in listed):
+        # One list of contours, such as those of a text.
+        listed = [listed]
     return [
         # A shape has been checked when it was read.
         one if isinstance(one, Shape) else _checked(_read(one, f"obstacles[{i}]"), i)
         for i, one in enumerate(listed)
     ]
+
+
+def _refuse_names(value: Any, name: str) -> None:
+    """Refuse the source text or the path of an SVG, which :class:`Artwork` reads."""
+    if isinstance(value, str | bytes | os.PathLike):
+        raise OverlapError(
+            f"{name} must consist of numbers, texts or artwork; received {value!r:.80}. Pass "
+            "vf.Artwork(…) of an SVG."
+        )
 
 
 def _refuse_iterator(value: Any, name: str) -> None:
@@ -169,6 +183,7 @@ def _read(obstacle: Any, name: str) -> Shape:
             )
         contours = [polygon(corners)]
     else:
+        _refuse_names(obstacle, name)
         _refuse_iterator(obstacle, name)
         try:
             contours = [_numbers(contour, name) for contour in obstacle]

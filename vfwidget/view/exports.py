@@ -33,7 +33,8 @@ class Exports:
         """Write the editor as a page of its own, which needs neither a kernel nor a network.
 
         The page starts at the present axes. The outline can be dragged as in the notebook, because
-        the page contains the solver for targets, pins and locks.
+        the page contains the solver for targets, pins and locks. Obstacles are drawn, but drags on
+        the page do not avoid overlaps, because only the kernel computes these.
 
         Parameters
         ----------
