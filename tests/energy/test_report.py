@@ -26,6 +26,13 @@ def test_letters_with_one_name_are_counted(text: vf.Text) -> None:
     ]
 
 
+def test_a_value_next_to_zero_is_shown_as_zero() -> None:
+    text = vf.Text("shantell-sans", "w", axes={"BNCE": 1e-8, "INFM": 0.5})
+    report = vf.solve(text, vf.StayClose()).report()
+    rows = {line.split()[0]: line.split()[1:3] for line in report.splitlines() if line}
+    assert rows["BNCE"] == ["0", "0"] and rows["INFM"] == ["0.5", "0.5"]
+
+
 def test_a_solve_of_positions_lists_no_axes(text: vf.Text) -> None:
     handle = text.handle(glyph=2)
     x, y = text.position(handle).tolist()

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 UNREACHABLE = "unreachable"
 """No step lowers the cost any more, and a goal is still missed."""
+DUST = 1e-6
+"""Share of the range of an axis: a value nearer to 0 is shown as 0 in a report."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -160,9 +162,13 @@ class Solution:
         places = zip(_rows(self.start), _rows(self.text), self.active, strict=True)
         for letter, (before, after, active) in enumerate(places):
             of = "" if self.text.shared else f"{self.text.word.distinct_names[letter]} "
-            for (tag, old), new, held in zip(before.items(), after.values(), active, strict=True):
+            values = zip(self.text.font.axes, before.values(), after.values(), active, strict=True)
+            for axis, old, new, held in values:
+                # A solver leaves values that differ from 0 only by what it tolerates.
+                dust = DUST * (axis.maximum - axis.minimum)
+                old, new = (0.0 if abs(value) < dust else value for value in (old, new))
                 end = {-1: "  held at its minimum", 1: "  held at its maximum"}.get(int(held), "")
-                rows.append((of + tag, old, new, end))
+                rows.append((of + axis.tag, old, new, end))
         return rows
 
     @property

@@ -124,7 +124,10 @@ class Term:
             )
         for handle in handles:
             if not isinstance(handle, Handle) or not text.owns(handle):
-                raise SolveError(f"{handle!r} is not a handle of the text {text.string!r}.")
+                raise SolveError(
+                    f"{handle!r} is not a handle of the text {text.string!r}, which has shared="
+                    f"{text.shared}. Take one from its handle() or nearest()."
+                )
         return self
 
     def rebound(self, known: Term, text: Text) -> Term | None:

@@ -48,5 +48,5 @@ OUT_OF_TIME = Outcome(TIME_LIMIT, "The time limit was reached before the solve c
 def out_of_iterations(limit: int) -> Outcome:
     """The outcome of a solve that has reached its iteration limit."""
     return Outcome(
-        ITERATION_LIMIT, f"The limit of {limit} iterations was reached before the solve converged."
+        ITERATION_LIMIT, f"The iteration limit, {limit}, was reached before the solve converged."
     )
