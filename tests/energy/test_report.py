@@ -49,3 +49,13 @@ def test_preferences_are_no_goals_that_are_met(text: vf.Text) -> None:
     assert found.converged and "no term has a goal" in found.message
     met = vf.solve(text, [vf.Width(text.advance()), vf.StayClose()])
     assert met.message == "every goal is met"
+
+
+def test_axes_of_several_letters_that_end_together_are_named_once() -> None:
+    text = vf.Text("dynapuff", "hello", shared=False)
+    for glyph, letters in ((4, "all letters"), (2, "letters 1, 2 and 3"), (0, "letter 1")):
+        handle = text.handle(glyph=glyph)
+        x, y = text.position(handle).tolist()
+        found = vf.solve(text, [vf.Target(handle, (x + 5000, y)), vf.StayClose()])
+        assert found.message.count(f"wdth of {letters} is at its maximum") == 1
+        assert found.message.count("wdth") == 1

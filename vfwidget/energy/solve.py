@@ -299,9 +299,21 @@ def _explain(
 
 def ends_reached(text: Text, active: Array) -> list[str]:
     """In words: the axes that are held at an end, where ``active`` is as in :class:`Solution`."""
-    found = []
+    letters: dict[tuple[str, str], list[str]] = {}
     for letter, axis in zip(*np.nonzero(active), strict=True):
-        where = "" if text.shared else f" of letter {letter + 1}"
         end = "maximum" if active[letter, axis] > 0 else "minimum"
-        found.append(f"{text.font.axes[axis].tag}{where} is at its {end}")
-    return found
+        letters.setdefault((text.font.axes[axis].tag, end), []).append(str(letter + 1))
+    return [
+        f"{tag}{'' if text.shared else _of_letters(numbers, len(active))} is at its {end}"
+        for (tag, end), numbers in letters.items()
+    ]
+
+
+def _of_letters(numbers: Sequence[str], count: int) -> str:
+    """Some of ``count`` letters by their numbers, counted from 1: " of letters 1, 2 and 4"."""
+    *first, last = numbers
+    if not first:
+        return f" of letter {last}"
+    return (
+        " of all letters" if len(numbers) == count else f" of letters {', '.join(first)} and {last}"
+    )
