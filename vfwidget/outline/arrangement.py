@@ -214,7 +214,7 @@ def _spans(
         layers = count_up(int(layer.max()) + 1, layer)[:, None]
         member = member * (layers == take(layer, arcs.cubic))
 
-    middle = (take(cells.levels, cells.slab) + take(cells.levels, cells.slab + 1)) / 2
+    middle = take((cells.levels[1:] + cells.levels[:-1]) / 2, cells.slab)
     order = lexicographic(cells.slab, lines.across(cells.arc, middle))
     slab, arc = take(cells.slab, order), take(cells.arc, order)
     own, turned = take(member * turn, arc), take(turn, arc)

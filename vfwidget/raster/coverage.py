@@ -148,7 +148,7 @@ def fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[An
     height, width : int
     """
     # Coordinates this small have too few digits for a division, and they change no pixel.
-    points = namespace(points).where(abs(points) < LEAST_COORDINATE, 0.0, points)
+    points = points * (abs(points) >= LEAST_COORDINATE)
     # Where nothing turns, or lines are parallel, a division by zero is told apart afterwards.
     with np.errstate(all="ignore"):
         return _fill(points, sizes, height, width)
