@@ -249,7 +249,7 @@ def solution_of(
     if status == CONVERGED:
         missed = best.missed
         status = UNREACHABLE if missed else CONVERGED
-        goals = any(result.miss is not None for result in best.results)
+        goals = [result for result in best.results if result.miss is not None]
         message = "every goal is met" if goals else "no step lowers the cost; no term has a goal"
         if missed:
             message = _explain(text, active(), missed, boundaries)
