@@ -1,10 +1,12 @@
-"""Contours for the tests of the raster, and their images."""
+"""Contours for the tests of the raster, their images, and the errors of these."""
 
 from __future__ import annotations
 
 import numpy as np
+import scan as referee
 from hypothesis import settings
 from hypothesis import strategies as st
+from scan import scan
 
 import vfwidget as vf
 from vfwidget.raster import frame
@@ -12,6 +14,8 @@ from vfwidget.raster import frame
 checked = settings(deadline=None, derandomize=True, max_examples=100)
 few = settings(deadline=None, derandomize=True, max_examples=30)
 SIZE = (12, 14)
+NEAR = 0.05
+"""The referee's own error where curves are steep: it has 64 lines a pixel and 64 chords a cubic."""
 
 
 def lines(*corners):
@@ -85,3 +89,17 @@ def batch_of(count=3):
 
 TURNED = np.array([[0.8, -0.3, 1.3], [0.4, 0.7, -0.6]])
 SQUARE = rectangle(1, 1, 2, 2)
+
+
+def misses(segments, size=SIZE):
+    """The largest error of a pixel, the referee looking closely where it is large."""
+    image = image_of(segments, size)
+    assert image.shape == tuple(size)
+    error = abs(image - scan(segments, *size))
+    if error.max() > 0.02:
+        chords, referee.CHORDS = referee.CHORDS, 512
+        try:
+            error = abs(image - scan(segments, *size, lines=512))
+        finally:
+            referee.CHORDS = chords
+    return error.max()

@@ -295,7 +295,7 @@ def tangled(seed):
     ("seed", "angle"), [(50240, 0.9), (50299, 0.35), (50354, 0.35), (50574, 2.6), (50580, 1.7)]
 )
 def test_lenses_of_outlines_that_cross_themselves(seed, angle):
-    """Each has a small lens beside another crossing, or beside the point at which curves join."""
+    """Each has a small lens near another crossing, or near the point at which curves join."""
     turned = Shape(tangled(seed) @ turn(angle), [len(tangled(seed))])
     assert area(turned, turned) == pytest.approx(by_clipper(turned, turned), rel=1e-4)
 

@@ -72,7 +72,7 @@ def test_where_final_coordinates_are_clamped_the_derivative_is_that_into_the_ran
 
 @pytest.mark.parametrize("shift", [(-400, 0), (-200, 400)])
 def test_the_end_of_an_axis_that_another_one_moves_is_said_to_hold_it(shift) -> None:
-    """Just beside weight 0 the final width is below -1, and so width alone moves nothing."""
+    """At weights close to 0 the final width is below -1, and so width alone moves nothing."""
     text = vf.Text(variation_tables.avar_2(), "a").at(theta=[[0.3, -0.6]])
     left = text.handle(segment=1, t=0.3)
     goal = text.position(left) + torch.tensor(shift)

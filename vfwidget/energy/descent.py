@@ -163,7 +163,7 @@ def held_axes(energy: Energy, found: Descent) -> Array:
     problem, state = found.problem, found.state
     moves_axes = energy.text.font.moves_axes
     if moves_axes:
-        # Beside a kink, where the model was made, final coordinates may be beyond a limit.
+        # The model was made near a kink, where final coordinates may be beyond a limit.
         problem, state = problem._replace(kinks=None), replace(state, model=None)
     if energy.moves and state.model is None:
         # A restart may have located the moving terms elsewhere in the meantime.

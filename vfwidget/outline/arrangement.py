@@ -269,7 +269,7 @@ def _merged(arcs: Arcs, lines: Climbers, cells: Slabs, weight: Any) -> Spans:
     cubic = take(arcs.cubic, take(arc, order))
     start, weight = take(start, order), take(weight, order)
     if len(inner):
-        # Beside a turn, rounding may put levels that nearly coincide in the wrong order.
+        # Near a turn, rounding may put levels that nearly coincide in the wrong order.
         start = take(start, lexicographic(cubic, start))
     opening = begins(cubic)
     kept = where_true(opening | begins(weight))

@@ -181,10 +181,9 @@ def _fill(points: Any, sizes: Sequence[int], height: int, width: int) -> tuple[A
     add_at(signed[1:], pixel, xp.where(column < width - 1, missed, 0.0))
     image = signed[:-1].reshape(images, height, width)
     if len(row):
-        # Nothing is inked above, below or beside all pieces.
-        rows, columns = (slice(int(n.min()), int(n.max()) + 2) for n in (row, nearest))
-        # Nothing but rounding is outside 0 … 1.
-        running_sum(image.reshape(-1, width)[rows, columns], 0.0, 1.0)
+        # Rows above or below all pieces are empty. Nothing but rounding is outside 0 … 1.
+        rows = image.reshape(-1, width)[int(row.min()) : int(row.max()) + 1]
+        running_sum(rows, 0.0, 1.0)
     if not inside.all():
         # But moving it a little changes nothing.
         inside = where_true(inside)

@@ -77,7 +77,7 @@ def user_values(font: Font, row: Any) -> Mapping[str, Any]:
 
 
 def _offered(name: str, names: Collection[str]) -> str:
-    """Which instances a font has; of many, those whose names are most like the one asked for."""
+    """The instances of a font in words; if there are many, only those with similar names."""
     if len(names) <= MOST_NAMES:
         return f"it has {', '.join(names) or 'none'}"
     alike = difflib.get_close_matches(name, names, MOST_NAMES, 0.0)

@@ -173,7 +173,7 @@ export class Drawing {
     return inside && shift < 0.15 * shown.width && this.#scale(wanted) < 1.35 * now;
   }
 
-  /** Moves the window to where the word is now, gently unless less motion is asked for. @param {boolean} [still] whether it jumps */
+  /** Moves the window to where the word is now. @param {boolean} [still] at once, without an animation; by default if the user prefers less motion */
   fit(still = globalThis.matchMedia?.("(prefers-reduced-motion: reduce)").matches) {
     if (this.layout === null) return;
     const from = this.#window, to = this.#wanted, began = performance.now();
